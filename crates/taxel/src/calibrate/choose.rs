@@ -377,12 +377,16 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// Every switch apart, and every line that resists, by all evidence.
+    /// Every switch apart, and every line that resists, by all evidence; not where that leaves a frame without a solution.
     pub(super) fn separate_all(&mut self, progress: &mut dyn FnMut(&str, f64)) {
+        let before = self.model.clone();
         let mut evaluator = Evaluator::new(self.evaluator.evidence, self.evaluator.executor);
         std::mem::swap(&mut evaluator, &mut self.evaluator);
         self.separate_with(&mut evaluator, progress);
         std::mem::swap(&mut evaluator, &mut self.evaluator);
+        if self.evaluator.estimates(&self.model).is_none() {
+            self.model = before;
+        }
     }
 
     /// The same by an evaluator's evidence.

@@ -1,7 +1,7 @@
 //! What a model says about every press: frames inverted, loads read off, and the last few inversions kept.
 
 use super::evidence::Evidence;
-use super::inverter::{Inverter, Job, Start};
+use super::inverter::{Inverter, Job, Read, Start};
 use super::levels::{Levels, TaxelMaterial};
 use super::model::Model;
 use super::patch::{Patch, cut_out};
@@ -80,6 +80,8 @@ pub(super) struct Evaluator<'a> {
     /// Inversions remembered, newest last.
     kept: Vec<Inverted>,
     starts: Vec<Option<Start>>,
+    /// The volts of all frames, by the converter of the last model.
+    read: Option<Read>,
 }
 
 impl<'a> Evaluator<'a> {
@@ -95,6 +97,7 @@ impl<'a> Evaluator<'a> {
             g_zero_shift: 0.0,
             kept: Vec::new(),
             starts: (0..frames).map(|_| None).collect(),
+            read: None,
         }
     }
 
@@ -143,7 +146,9 @@ impl<'a> Evaluator<'a> {
         which: &[usize],
         look: impl Fn(usize, &Frame<Siemens>) -> T + Sync,
     ) -> Option<Vec<T>> {
-        let inverter = Inverter::new(self.evidence, sensor)?;
+        let kept = self.read.take();
+        let read = Read::by(sensor, self.evidence, self.executor, kept);
+        let inverter = Inverter::new(self.evidence, sensor)?.with_volts(&read);
         let batches: Vec<Vec<Job>> = which
             .chunks(BATCH)
             .map(|batch| batch.iter().map(|&i| (i, self.starts[i].take())).collect())
@@ -152,9 +157,10 @@ impl<'a> Evaluator<'a> {
             let mut seen = Vec::with_capacity(batch.len());
             inverter.invert(&mut batch, |i, siemens| seen.push(look(i, siemens)))?;
             Some((seen, batch))
-        })?;
+        });
+        self.read = Some(read);
         let mut all = Vec::with_capacity(which.len());
-        for (seen, batch) in done {
+        for (seen, batch) in done? {
             all.extend(seen);
             for (i, scratch) in batch {
                 self.starts[i] = scratch;

@@ -326,7 +326,10 @@ fn fit_block(
     let before = evaluator.estimates(model)?;
     let scatter = robust_deviation(&term.residuals(evaluator, &before)).max(MIN_SCATTER_G);
     let start: Vec<f64> = unknowns.iter().map(|&u| model.get(u)).collect();
-    let steps: Vec<f64> = unknowns.iter().map(|u| u.step()).collect();
+    let steps: Vec<f64> = unknowns.iter().map(|u| u.difference()).collect();
+    // It ends by small steps, whatever those for derivatives are.
+    let small = unknowns.iter().map(|u| u.step() / u.difference());
+    let precision = precision * small.fold(1.0, f64::min);
     let settings = Settings {
         iterations: if any_moves_frames(unknowns) {
             iterations

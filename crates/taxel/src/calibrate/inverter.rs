@@ -2,15 +2,22 @@
 
 use super::evidence::Evidence;
 use crate::circuit::Converter;
+use crate::parallel::par_map;
 use crate::screen::stand_in;
 use crate::solve::{Best, DiodeState, ExactStart, ExactState, NewtonState};
-use crate::{Counts, Frame, Sensor, Siemens, Volts};
+use crate::{Counts, Executor, Frame, Sensor, Siemens, Volts};
 
-/// Accuracy of inversions while fitting, of the largest conductance: derivatives by differences need it.
-const TOLERANCE: f64 = 1e-9;
+/// Accuracy of inversions while fitting, of the largest conductance: a hundredth of what a step for a derivative moves, and rounds in
+/// single precision go that far.
+const TOLERANCE: f64 = 5e-7;
+/// The same of Newton's method, whose last round is all but free.
+const NEWTON_TOLERANCE: f64 = 1e-9;
 /// Rounds of Newton's method, and restarts in each, after which a frame is taken to have no answer with a circuit that
 /// the fit tries: those that have one seldom take more, and a fit does without a fifth of its frames.
 const LIMITS: (u32, usize) = (20, 2);
+
+/// Frames that are read in one go.
+const READ_TOGETHER: usize = 16;
 
 /// A frame's number (presses first, then levels) and what its last inversion left.
 pub(super) type Job = (usize, Option<Start>);
@@ -38,9 +45,66 @@ struct Work {
     exact: Option<ExactState>,
     newton: NewtonState,
     diodes: Option<DiodeState>,
-    volts: Frame<Volts>,
+    volts: Option<Frame<Volts>>,
     siemens: Frame<Siemens>,
     around: Vec<f64>,
+}
+
+/// The volts of every frame (presses first, then levels) by one converter: most circuits that a fit tries share it.
+pub(super) struct Read {
+    converter: Converter,
+    volts: Vec<Frame<Volts>>,
+}
+
+impl Read {
+    /// Those of a sensor's converter: `kept`, where they are.
+    pub(super) fn by(
+        sensor: &Sensor,
+        evidence: &Evidence,
+        executor: &dyn Executor,
+        kept: Option<Self>,
+    ) -> Self {
+        let converter = Converter::from_sensor(sensor);
+        let (rows, columns) = (sensor.rows(), sensor.columns());
+        if let Some(kept) = kept.filter(|kept| kept.converter == converter) {
+            return kept;
+        }
+        let read = |batch: Vec<usize>| {
+            let mut around = Vec::new();
+            let each = batch.into_iter().map(|i| {
+                let mut volts = Frame::zeros(rows, columns);
+                read(&converter, counts_of(evidence, i), &mut volts, &mut around);
+                volts
+            });
+            Some(each.collect::<Vec<_>>())
+        };
+        let all: Vec<usize> = (0..evidence.frames.len() + evidence.levels.len()).collect();
+        let batches = all.chunks(READ_TOGETHER).map(<[usize]>::to_vec).collect();
+        let volts = par_map(executor, batches, read).unwrap_or_default();
+        Self {
+            volts: volts.into_iter().flatten().collect(),
+            converter,
+        }
+    }
+}
+
+/// A frame's counts: presses first, then levels.
+fn counts_of(evidence: &Evidence, i: usize) -> &Frame<Counts> {
+    match i.checked_sub(evidence.frames.len()) {
+        None => &evidence.frames[i],
+        Some(level) => &evidence.levels[level].counts,
+    }
+}
+
+/// The volts of a frame to be inverted.
+fn read(
+    converter: &Converter,
+    counts: &Frame<Counts>,
+    volts: &mut Frame<Volts>,
+    around: &mut Vec<f64>,
+) {
+    converter.volts_from_counts_into(counts, volts);
+    stand_in(volts, around);
 }
 
 /// Inverts frames with one circuit and converter.
@@ -48,6 +112,7 @@ pub(super) struct Inverter<'a> {
     evidence: &'a Evidence,
     method: Best,
     converter: Converter,
+    read: Option<&'a Read>,
     shape: (usize, usize),
 }
 
@@ -59,8 +124,21 @@ impl<'a> Inverter<'a> {
             evidence,
             method,
             converter: Converter::from_sensor(sensor),
+            read: None,
             shape,
         })
+    }
+
+    /// With the volts of all frames, by the same converter.
+    pub(super) fn with_volts(self, read: &'a Read) -> Self {
+        debug_assert!(
+            read.converter == self.converter,
+            "volts of another converter"
+        );
+        Self {
+            read: Some(read),
+            ..self
+        }
     }
 
     /// Conductances of chosen frames; nothing when one is infeasible.
@@ -97,7 +175,7 @@ impl<'a> Inverter<'a> {
             exact: None,
             newton: NewtonState::new(),
             diodes: None,
-            volts: Frame::zeros(rows, columns),
+            volts: None,
             siemens: Frame::zeros(rows, columns),
             around: Vec::new(),
         }
@@ -105,24 +183,26 @@ impl<'a> Inverter<'a> {
 
     fn one<'w>(&self, job: &mut Job, work: &'w mut Work) -> Option<&'w Frame<Siemens>> {
         let (i, start) = job;
-        let counts: &Frame<Counts> = match i.checked_sub(self.evidence.frames.len()) {
-            None => &self.evidence.frames[*i],
-            Some(level) => &self.evidence.levels[level].counts,
-        };
-        self.converter
-            .volts_from_counts_into(counts, &mut work.volts);
-        stand_in(&mut work.volts, &mut work.around);
-        self.solve(start, work).then_some(&work.siemens)
+        if let Some(read) = self.read {
+            let volts = &read.volts[*i];
+            return self.solve(volts, start, work).then_some(&work.siemens);
+        }
+        let (rows, columns) = self.shape;
+        let volts = work.volts.take();
+        let mut volts = volts.unwrap_or_else(|| Frame::zeros(rows, columns));
+        let counts = counts_of(self.evidence, *i);
+        read(&self.converter, counts, &mut volts, &mut work.around);
+        let is_good = self.solve(&volts, start, work);
+        work.volts = Some(volts);
+        is_good.then_some(&work.siemens)
     }
 
-    /// Whether the frame in `work` has a solution, which is then there; `start` is where the search begins, and then
-    /// what the next begins with.
-    fn solve(&self, start: &mut Option<Start>, work: &mut Work) -> bool {
+    /// Whether a frame has a solution, which is then in `work`; `start` is where the search begins, and then what the next begins with.
+    fn solve(&self, volts: &Frame<Volts>, start: &mut Option<Start>, work: &mut Work) -> bool {
         let Work {
             exact: shared,
             newton: state,
             diodes,
-            volts,
             siemens,
             ..
         } = work;
@@ -162,9 +242,9 @@ fn method(sensor: &Sensor) -> Option<Best> {
         Best::Exact(exact) => Best::Exact(exact.with_tolerance(TOLERANCE)),
         Best::Newton(newton) => Best::Newton(
             newton
-                .with_tolerance(TOLERANCE)
+                .with_tolerance(NEWTON_TOLERANCE)
                 .with_limits(LIMITS.0, LIMITS.1),
         ),
-        Best::Diodes(diodes) => Best::Diodes(diodes.with_tolerance(TOLERANCE)),
+        Best::Diodes(diodes) => Best::Diodes(diodes.with_tolerance(NEWTON_TOLERANCE)),
     })
 }

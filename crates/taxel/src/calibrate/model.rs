@@ -46,7 +46,19 @@ pub(super) enum Unknown {
 }
 
 impl Unknown {
-    /// Difference step for its derivative.
+    /// The step for its derivative by differences: far above what an inversion leaves, and well within its reach.
+    pub(super) fn difference(self) -> f64 {
+        self.step()
+            * match self {
+                Unknown::Columns | Unknown::Rows | Unknown::OpenLoopGain => 10.0,
+                Unknown::Offset | Unknown::CarryOver => 4.0,
+                // A sheet's couplings are no straight line for long.
+                Unknown::Sheet | Unknown::SheetContact => 2.0,
+                _ => 1.0,
+            }
+    }
+
+    /// A small step: what moves by less stands still.
     pub(super) fn step(self) -> f64 {
         match self {
             Unknown::Columns | Unknown::Rows => 1e-2,
@@ -80,11 +92,6 @@ impl Unknown {
             Unknown::Exponent => 0.3,
             Unknown::Bend(_) => 0.2,
         }
-    }
-
-    /// Its least value, where it has one.
-    pub(super) fn least(self) -> Option<f64> {
-        matches!(self, Unknown::Sheet | Unknown::Saturation).then_some(0.0)
     }
 
     /// Whether frames must be inverted anew when it moves.
@@ -218,6 +225,10 @@ impl Model {
 
     /// The model with one unknown set; resistances are shifted. Nothing when that is impossible.
     pub(super) fn set(&mut self, unknown: Unknown, value: f64) -> Option<()> {
+        let [least, most] = self.range(unknown);
+        if !(least..=most).contains(&value) {
+            return None;
+        }
         let lsb = self.lsb();
         let sensor = &mut self.sensor;
         match unknown {
@@ -228,27 +239,12 @@ impl Model {
                 sensor.try_out(|spec| spec.readout.open_loop_gain = Some(value.exp()));
             }
             Unknown::Source => sensor.try_out(|spec| spec.readout.r_source_ohms = value.exp()),
-            Unknown::Offset => {
-                // An unloaded taxel conducts, if little: the offset is less than what it reads.
-                if value > self.most_offset_counts {
-                    return None;
-                }
-                sensor.try_out(|spec| spec.converter.offset_volts = value * lsb);
-            }
-            Unknown::CarryOver => {
-                // A hair below nothing, so that the derivative at nothing exists.
-                if !(-0.01..0.4).contains(&value) {
-                    return None;
-                }
-                sensor.try_out(|spec| spec.converter.carry_over = value);
-            }
+            Unknown::Offset => sensor.try_out(|spec| spec.converter.offset_volts = value * lsb),
+            Unknown::CarryOver => sensor.try_out(|spec| spec.converter.carry_over = value),
             Unknown::SpreadRow | Unknown::SpreadColumn | Unknown::SpreadDiagonal => {
                 self.set_spread(unknown, value)?;
             }
             Unknown::Sheet => {
-                if value < 0.0 {
-                    return None;
-                }
                 let contact = self.get(Unknown::SheetContact).exp();
                 self.set_sheet((value > 0.0).then(|| SheetSpec::new(1e6 / value, contact)));
             }
@@ -260,21 +256,24 @@ impl Model {
                 self.set_sheet(Some(SheetSpec::new(sheet.resistance_ohms, value.exp())));
             }
             Unknown::Factor => self.law.ln_factor = value,
-            Unknown::Exponent => {
-                if !(0.1..10.0).contains(&value) {
-                    return None;
-                }
-                self.law.exponent = value;
-            }
-            Unknown::Saturation => {
-                if value < 0.0 {
-                    return None;
-                }
-                self.law.saturation = value;
-            }
+            Unknown::Exponent => self.law.exponent = value,
+            Unknown::Saturation => self.law.saturation = value,
             Unknown::Bend(i) => self.law.bends[i] = value,
         }
         value.is_finite().then_some(())
+    }
+
+    /// The least and the most that an unknown may be.
+    pub(super) fn range(&self, unknown: Unknown) -> [f64; 2] {
+        match unknown {
+            // An unloaded taxel conducts, if little: the offset is less than what it reads.
+            Unknown::Offset => [f64::NEG_INFINITY, self.most_offset_counts],
+            // A hair below nothing, so that the derivative at nothing exists.
+            Unknown::CarryOver => [-0.01, 0.39],
+            Unknown::Sheet | Unknown::Saturation => [0.0, f64::INFINITY],
+            Unknown::Exponent => [0.1, 10.0],
+            _ => [f64::NEG_INFINITY, f64::INFINITY],
+        }
     }
 
     /// What is told together with the switches: they, and the lines where what these resist is to be found.

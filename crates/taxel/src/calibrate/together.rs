@@ -97,7 +97,7 @@ pub(super) struct Effort {
     derivatives: usize,
     /// Steps with each, beyond the first.
     chords: usize,
-    /// Ends when no unknown moves by more than so many of its difference steps.
+    /// Ends when no unknown moves by more than so many of its small steps.
     precision: f64,
 }
 
@@ -266,10 +266,12 @@ fn slopes_at(
     let mut slopes = Vec::with_capacity(unknowns.len());
     for &unknown in unknowns {
         let value = model.get(unknown);
+        // Beside its range and beside frames without a solution there may be little room.
         let (moved, estimates, step) =
-            [unknown.step(), -unknown.step()]
+            [1.0, -1.0, 0.1, -0.1, 0.01, -0.01]
                 .into_iter()
-                .find_map(|step| {
+                .find_map(|part| {
+                    let step = part * unknown.difference();
                     let mut moved = model.clone();
                     moved.set(unknown, value + step)?;
                     let estimates = evaluator.estimates(&moved)?;
@@ -291,8 +293,8 @@ fn slopes_at(
     Some(slopes)
 }
 
-/// Newton's step of all equations, over the residuals for which `keep` (kind, residual) holds; an unknown that would fall
-/// below its least value stops there.
+/// Newton's step of all equations, over the residuals for which `keep` (kind, residual) holds; an unknown that would leave
+/// its range stops at its end.
 fn newton_step(
     (model, unknowns): (&Model, &[Unknown]),
     hears: &Hears,
@@ -321,8 +323,10 @@ fn newton_step(
         let mut stopped = false;
         for (k, &unknown) in unknowns.iter().enumerate() {
             let value = model.get(unknown);
-            if fixed[k].is_none() && unknown.least().is_some_and(|least| value + step[k] < least) {
-                fixed[k] = unknown.least().map(|least| least - value);
+            let [least, most] = model.range(unknown);
+            if fixed[k].is_none() && !(least..=most).contains(&(value + step[k])) {
+                // One that ends at its bound would else make the whole step impossible.
+                fixed[k] = Some((value + step[k]).clamp(least, most) - value);
                 stopped = true;
             }
         }
@@ -358,7 +362,9 @@ fn take_step(
             .iter()
             .zip(step)
             .try_fold(model.clone(), |mut moved, (&u, step)| {
-                moved.set(u, model.get(u) + length * step)?;
+                // Rounding may lead a hair beyond its range.
+                let [least, most] = model.range(u);
+                moved.set(u, (model.get(u) + length * step).clamp(least, most))?;
                 Some(moved)
             });
         if let Some(moved) = moved
