@@ -201,9 +201,23 @@ pub enum Error {
         /// The columns.
         needs: &'static str,
     },
+    /// A trial of a region that the sensor does not have.
+    #[error(
+        "{}, line {line}: no region is called {region}; there are: {known}\nhint: regions are named in the sensor file, or in the file that `regions` in the plan names", .table.display()
+    )]
+    NoRegion {
+        /// The table of trials.
+        table: PathBuf,
+        /// Its line, from 1.
+        line: u64,
+        /// The name.
+        region: String,
+        /// Those that there are, with commas between; `none`.
+        known: String,
+    },
     /// The same readings as two experiments.
     #[error(
-        "{}, lines {} and {}: {frames} of {} and the same taxel twice, as two experiments\nhint: delete one of the lines; readings that belong together have one word in the column `experiment`", .table.display(), .lines.0, .lines.1, .recording.display()
+        "{}, lines {} and {}: {frames} of {} and the same taxel or region twice, as two experiments\nhint: delete one of the lines; readings that belong together have one word in the column `experiment`", .table.display(), .lines.0, .lines.1, .recording.display()
     )]
     TrialTwice {
         /// The table of trials.

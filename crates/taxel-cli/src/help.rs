@@ -69,6 +69,7 @@ const EXAMPLES: [(&str, &[&str]); 34] = [
         &[
             "taxel view run.mcap",
             "taxel view presses.txt --sensor sensor.toml",
+            "taxel view before.mcap --beside after.mcap",
         ],
     ),
     (

@@ -15,6 +15,8 @@ pub struct Trial {
     pub frame: Option<usize>,
     /// Row and column of the taxel that is looked at, where its cells are not empty.
     pub taxel: Option<(usize, usize)>,
+    /// The named region that is looked at instead.
+    pub region: Option<String>,
     /// The load on it, grams-force.
     pub load_g: Option<f64>,
     /// What was set up once: lines with the same word are one experiment. Without it, a line is one.
@@ -31,12 +33,13 @@ pub struct Trial {
     pub line: u64,
 }
 
-const COLUMNS: [&str; 14] = [
+const COLUMNS: [&str; 15] = [
     "recording",
     "frame",
     "row",
     "column",
     "taxel",
+    "region",
     "load_g",
     "experiment",
     "setting",
@@ -47,14 +50,14 @@ const COLUMNS: [&str; 14] = [
     "contact_area_mm2",
     "note",
 ];
-const NEEDS: &str = "recording, and row and column (or taxel) or total_g";
+const NEEDS: &str = "recording, and row and column (or taxel), region or total_g";
 
 /// Reads a table of trials on an array of `rows` × `columns`; columns in any order. Only `recording` must be there; which of
 /// the others an evaluation needs, it says.
 ///
 /// # Errors
-/// A missing or unknown column, a taxel outside the array, a cell that is no number, a negative load, an empty table;
-/// each with its place.
+/// A missing or unknown column, a taxel outside the array or beside a region, a cell that is no number, a negative load, an
+/// empty table; each with its place.
 pub fn read_trials(
     path: impl AsRef<Path>,
     rows: usize,
@@ -88,6 +91,7 @@ pub fn read_trials(
     let find = |name| table.find(name);
     let (frame, load, others) = (find("frame"), find("load_g"), find("others"));
     let (experiment, setting) = (find("experiment"), find("setting"));
+    let region = find("region");
     let (total, x, y) = (find("total_g"), find("x_mm"), find("y_mm"));
     table.rows("trial", |line| {
         let text = |cell| Ok::<_, Error>(line.optional(cell)?.map(str::to_owned));
@@ -95,10 +99,17 @@ pub fn read_trials(
         for &cell in &taxel_cells {
             has_taxel |= line.optional(cell)?.is_some();
         }
+        if let Some(cell) = region.filter(|_| has_taxel)
+            && line.optional(region)?.is_some()
+        {
+            let hint = "a reading is of one taxel or of one region";
+            return Err(line.wrong(cell, "region", "nothing beside a taxel", hint));
+        }
         Ok(Trial {
             recording: next_to(path, line, recording)?,
             frame: index(line, frame, "frame")?,
             taxel: has_taxel.then(|| taxel.read(line)).transpose()?,
+            region: text(region)?,
             load_g: amount(line, load, "load_g")?,
             experiment: text(experiment)?,
             setting: text(setting)?,

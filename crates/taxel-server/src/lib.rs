@@ -16,8 +16,8 @@ mod serve;
 
 use std::io;
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, OnceLock};
 
 use tokio::sync::{Semaphore, broadcast, oneshot, watch};
 
@@ -115,6 +115,8 @@ struct Shared {
     viewers: Arc<Semaphore>,
     /// Viewers that are ready for a frame.
     waiting: AtomicUsize,
+    /// What is shown beside it on the page for two.
+    beside: OnceLock<Arc<Shared>>,
 }
 
 impl Shared {
@@ -170,6 +172,7 @@ impl Server {
             texts: broadcast::Sender::new(TEXTS),
             viewers: Arc::new(Semaphore::new(MAX_VIEWERS)),
             waiting: AtomicUsize::new(0),
+            beside: OnceLock::new(),
         });
         let runtime = tokio::runtime::Builder::new_current_thread()
             .enable_io()
@@ -201,6 +204,12 @@ impl Server {
             Some(token) => format!("http://{place}/?token={token}"),
         };
         places.iter().map(url).collect()
+    }
+
+    /// Shows what another server shows beside this one's own, on the page `/beside`: whoever may look here may look there. The
+    /// first one stays.
+    pub fn show_beside(&self, other: &Self) {
+        let _ = self.shared.beside.set(other.shared.clone());
     }
 
     /// Whether a viewer is ready for a frame.

@@ -38,6 +38,8 @@ pub(crate) async fn serve(
         .route("/model", get(model_page))
         .route("/grip", get(grip_page))
         .route("/calibrate", get(calibrate_page))
+        .route("/beside", get(beside_page))
+        .route("/beside/live", get(live_beside))
         .route("/results/{name}", get(result_file))
         .route("/assets/{*path}", get(asset))
         .route("/live", get(live))
@@ -80,7 +82,9 @@ async fn check(
     next: Next,
 ) -> Response {
     let mut response = match guard::check(&shared, request.headers(), request.uri()) {
-        Err(Refusal::Token) if request.uri().path() == "/live" => next.run(request).await,
+        Err(Refusal::Token) if ["/live", "/beside/live"].contains(&request.uri().path()) => {
+            next.run(request).await
+        }
         Err(refusal) => {
             let status = match refusal {
                 Refusal::Token => StatusCode::UNAUTHORIZED,
@@ -116,6 +120,10 @@ async fn calibrate_page(State(shared): State<Arc<Shared>>, request: Request) -> 
     page_of("calibrate.html", &shared, &request)
 }
 
+async fn beside_page(State(shared): State<Arc<Shared>>, request: Request) -> Response {
+    page_of("beside.html", &shared, &request)
+}
+
 /// A file of results, from a thread that may wait for the disk.
 async fn result_file(State(shared): State<Arc<Shared>>, Path(name): Path<String>) -> Response {
     let backend = shared.backend.clone();
@@ -146,6 +154,24 @@ async fn live(
     request: Request,
 ) -> Response {
     let may = guard::check_token(&shared, request.headers(), request.uri());
+    attend(shared, may, upgrade)
+}
+
+/// What stands beside: looked at by whoever may look here.
+async fn live_beside(
+    State(shared): State<Arc<Shared>>,
+    upgrade: WebSocketUpgrade,
+    request: Request,
+) -> Response {
+    let may = guard::check_token(&shared, request.headers(), request.uri());
+    match shared.beside.get() {
+        Some(other) => attend(other.clone(), may, upgrade),
+        None => (StatusCode::NOT_FOUND, "there is nothing beside\n").into_response(),
+    }
+}
+
+/// Gives a viewer a seat, or says why there is none.
+fn attend(shared: Arc<Shared>, may: Result<(), Refusal>, upgrade: WebSocketUpgrade) -> Response {
     let Ok(seat) = shared.viewers.clone().try_acquire_owned() else {
         let words = "too many viewers: close one\n";
         return (StatusCode::SERVICE_UNAVAILABLE, words).into_response();

@@ -4,6 +4,7 @@ use taxel::evaluate::accuracy::{Pair, accuracy};
 use taxel::frame::grams_from_newtons;
 use taxel::metric::is_usable;
 use taxel::pipeline::FrameResult;
+use taxel::sensor::Region;
 use taxel::stats::{Bootstrap, median};
 use taxel::uncertainty::{FigureErrors, StandardErrors};
 use taxel::{Frame, Newtons, Sensor};
@@ -20,6 +21,8 @@ pub struct Intervals {
     loads: StandardErrors,
     sum: FigureErrors,
     half_g: Vec<f64>,
+    regions: Vec<Region>,
+    region_half_g: Vec<f64>,
 }
 
 /// Halves of the intervals of one frame, grams; infinite where nothing bounds a load.
@@ -28,6 +31,8 @@ pub struct Halves<'a> {
     pub taxels: &'a [f64],
     /// Of the sum of all.
     pub total: f64,
+    /// Of the sum of each named region.
+    pub regions: &'a [f64],
 }
 
 impl Intervals {
@@ -45,6 +50,8 @@ impl Intervals {
                 .filter(|_| undoes && is_lawful)?,
             sum: FigureErrors::new(sensor, None).ok()?,
             half_g: vec![f64::INFINITY; sensor.rows() * sensor.columns()],
+            regions: sensor.regions().to_vec(),
+            region_half_g: vec![f64::INFINITY; sensor.regions().len()],
         })
     }
 
@@ -62,8 +69,12 @@ impl Intervals {
             *half = grams_from_newtons(factor * error);
         }
         let sum = self.sum.of(siemens, loads, is_answer);
+        for (half, region) in self.region_half_g.iter_mut().zip(&self.regions) {
+            *half = grams_from_newtons(self.sum.of_region(loads, region).half_width_95);
+        }
         Some(Halves {
             taxels: &self.half_g,
+            regions: &self.region_half_g,
             total: grams_from_newtons(sum.total_force_newtons.half_width_95),
         })
     }
@@ -189,6 +200,7 @@ pub(super) fn table(sensor: &Sensor, of: &str) -> Table {
 #[derive(Default)]
 pub(super) struct Labelled {
     taxels: Held,
+    regions: Held,
     total: Held,
 }
 
@@ -197,16 +209,21 @@ impl Labelled {
         let mut labelled = Self::default();
         for one in group.experiments() {
             labelled.taxels.begin_experiment();
+            labelled.regions.begin_experiment();
             labelled.total.begin_experiment();
             for reading in one {
                 let (trial, answer) = (&group.trials[reading.trial], &reading.answers[method]);
                 let load = trial
                     .load_g
-                    .filter(|_| trial.taxel.is_some() && !reading.marked);
+                    .filter(|_| super::has_place(trial) && !reading.marked);
                 if let (Some(truth), Some(estimate), Some(half)) =
                     (load, answer.grams, answer.half_g)
                 {
-                    labelled.taxels.add(truth, estimate, half);
+                    let held = match trial.region {
+                        Some(_) => &mut labelled.regions,
+                        None => &mut labelled.taxels,
+                    };
+                    held.add(truth, estimate, half);
                 }
                 if let (Some(truth), Some(estimate), Some(half)) =
                     (trial.total_g, answer.total_g, answer.total_half_g)
@@ -219,7 +236,11 @@ impl Labelled {
     }
 
     pub(super) fn rows(&self, name: &str, bootstrap: &Bootstrap) -> Vec<Vec<Cell>> {
-        let kinds = [("taxel", &self.taxels), ("whole array", &self.total)];
+        let kinds = [
+            ("taxel", &self.taxels),
+            ("region", &self.regions),
+            ("whole array", &self.total),
+        ];
         let rows = kinds.into_iter();
         rows.filter_map(|(kind, held)| held.row(format!("{name}, {kind}"), bootstrap))
             .collect()

@@ -4,6 +4,7 @@ use taxel::evaluate::creep::{Creep, Exponentials, Logarithm, MIN_READINGS, Timed
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
+use super::at_end::readings_at_end;
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
 use super::{no_value, too_few};
@@ -134,6 +135,10 @@ fn figure(
                 .colour(i),
         );
     }
+    lines.extend(readings_at_end(group, |_, reading, first| {
+        let since = reading.secs? - first.secs?;
+        Some((since, reading.value(value)?))
+    }));
     let picture = Series::new("time (s)", Vec::new(), lines)?
         .title(group.title())
         .quantity(value.quantity())

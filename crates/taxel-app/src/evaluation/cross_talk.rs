@@ -8,6 +8,7 @@ use taxel::screen::Axis;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
+use super::at_end::readings_at_end;
 use super::plan::{Along, Experiment, Plan, Value};
 use super::readings::Group;
 use super::response::half;
@@ -183,7 +184,7 @@ fn figure(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<
         .collect();
     let size = |values: &[f64]| values.iter().map(|v| v.abs()).collect::<Vec<_>>();
     let measured: Vec<f64> = found.points.iter().map(|p| p.value.value.abs()).collect();
-    let lines = vec![
+    let mut lines = vec![
         Line::new(format!("measured, {}", plan.sure()), measured)
             .style(LineStyle::Points)
             .errors(found.points.iter().map(|p| half(&p.value)).collect())
@@ -193,6 +194,9 @@ fn figure(plan: &Plan, group: &Group, found: &Sweep, models: &Models) -> Result<
             .style(LineStyle::Dashed)
             .colour(2),
     ];
+    lines.extend(readings_at_end(group, |trial, reading, _| {
+        Some((trial.others? as f64, reading.volts.abs()))
+    }));
     let picture = Series::new("other taxels pressed", x, lines)?
         .title(group.title())
         .quantity("|V_out|")

@@ -4,6 +4,7 @@ use taxel::evaluate::hysteresis::{LoopReading, hysteresis};
 use taxel_plot::report::{Figure, Section, Table};
 use taxel_plot::{Line, Series, cells};
 
+use super::at_end::readings_at_end;
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
 use super::{no_value, too_few};
@@ -74,7 +75,10 @@ fn figure(group: &Group, value: Value, loops: &[Vec<LoopReading>]) -> Result<Fig
         )
         .over(one.iter().map(|r| r.load).collect())
     };
-    let lines = loops.iter().enumerate().take(DRAWN).map(line).collect();
+    let mut lines: Vec<Line> = loops.iter().enumerate().take(DRAWN).map(line).collect();
+    lines.extend(readings_at_end(group, |trial, reading, _| {
+        trial.load_g.zip(reading.value(value))
+    }));
     let picture = Series::new("load (g)", Vec::new(), lines)?
         .title(group.title())
         .quantity(value.quantity())

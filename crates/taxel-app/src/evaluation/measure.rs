@@ -118,7 +118,12 @@ fn words_of(experiment: &Experiment, trial: &Trial) -> String {
         }
         (Some(_), Some(_)) => "take everything off".to_owned(),
         (Some((row, column)), None) => format!("press row {row}, column {column}"),
-        (None, _) => "press".to_owned(),
+        (None, load) => match (&trial.region, load) {
+            (Some(_), Some(0.0)) => "take everything off".to_owned(),
+            (Some(region), Some(load)) => format!("press {region} with {} g", number(load)),
+            (Some(region), None) => format!("press {region}"),
+            (None, _) => "press".to_owned(),
+        },
     };
     if let Some((x, y)) = trial.place_mm {
         words += &format!(" at x {} mm, y {} mm", number(x), number(y));

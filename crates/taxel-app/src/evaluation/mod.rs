@@ -1,6 +1,7 @@
 //! From a plan and its recordings to a report: every figure of a sensor, with its interval.
 
 mod accuracy;
+mod at_end;
 mod coverage;
 mod creep;
 mod cross_talk;
@@ -10,6 +11,7 @@ pub mod plan;
 mod provenance;
 pub mod readings;
 mod reference;
+mod regions;
 mod repeatability;
 mod response;
 
@@ -37,10 +39,11 @@ pub struct Evaluation {
 pub fn run(plan: &Plan, reporter: &dyn Reporter) -> Result<Evaluation, Error> {
     let mut report = Report {
         title: plan.title.clone(),
-        about: provenance::about(plan),
+        about: provenance::about(plan)?,
         sections: Vec::new(),
     };
     let mut files = BTreeSet::from([plan.file.clone()]);
+    files.extend(plan.regions.clone());
     let mut lost = 0;
     for experiment in &plan.experiments {
         let (mut section, left_out) = evaluate(plan, experiment, &mut files, reporter)?;
@@ -53,6 +56,9 @@ pub fn run(plan: &Plan, reporter: &dyn Reporter) -> Result<Evaluation, Error> {
         lost += left_out;
         report.sections.push(section);
     }
+    let (section, left_out) = regions::section(plan, reporter)?;
+    lost += left_out;
+    report.sections.extend(section);
     report.sections.extend(reference::section(plan, reporter)?);
     report
         .sections
@@ -114,10 +120,15 @@ fn need(experiment: &Experiment, trials: &[Trial]) -> Result<(), Error> {
     for trial in trials {
         let missing = match experiment.kind {
             Kind::Accuracy if trial.total_g.is_some() || trial.place_mm.is_some() => None,
-            Kind::Accuracy if trial.taxel.is_none() || trial.load_g.is_none() => {
-                Some("taxel and load_g, or total_g, or x_mm and y_mm")
+            Kind::Accuracy if !has_place(trial) || trial.load_g.is_none() => {
+                Some("taxel or region and load_g, or total_g, or x_mm and y_mm")
             }
-            _ if trial.taxel.is_none() => Some("row and column, or taxel"),
+            Kind::CrossTalk if trial.taxel.is_none() => Some("row and column, or taxel"),
+            _ if !has_place(trial) => Some("row and column, or taxel, or region"),
+            // A region has no counts, volts or siemens.
+            _ if trial.region.is_some() && experiment.value() != Value::Grams => {
+                Some("`value = \"grams\"` in the plan where a region is named")
+            }
             Kind::Response | Kind::Hysteresis if trial.load_g.is_none() => Some("load_g"),
             Kind::CrossTalk if trial.others.is_none() => Some("others"),
             _ => None,
@@ -134,12 +145,17 @@ fn need(experiment: &Experiment, trials: &[Trial]) -> Result<(), Error> {
     Ok(())
 }
 
+/// Whether a trial says what is looked at.
+fn has_place(trial: &Trial) -> bool {
+    trial.taxel.is_some() || trial.region.is_some()
+}
+
 /// A line without the name of an experiment is an experiment of its own: the same frames of the same taxel a second time
 /// would be taken for something new, and make every interval too narrow.
 fn no_trial_twice(experiment: &Experiment, trials: &[Trial]) -> Result<(), Error> {
     let mut seen: HashMap<_, Vec<&Trial>> = HashMap::new();
     for trial in trials.iter().filter(|trial| trial.experiment.is_none()) {
-        let place = (&trial.recording, trial.taxel, &trial.setting);
+        let place = (&trial.recording, trial.taxel, &trial.region, &trial.setting);
         let others = seen.entry(place).or_default();
         // All frames of a recording have every one of them among them.
         let same = |other: &&&Trial| match (other.frame, trial.frame) {
@@ -186,6 +202,7 @@ fn gather(
         let own = experiment.settings.get(&setting);
         let (sensor, file) = plan.sensor_of(own.or(experiment.sensor.as_ref()))?;
         files.insert(file.clone());
+        regions::check(&table, &trials, &sensor)?;
         let mut reader = Reader::new(&sensor, &file, &methods, plan.frames_per_second, reporter)?;
         if experiment.kind == Kind::Accuracy {
             reader.find_intervals(&methods);

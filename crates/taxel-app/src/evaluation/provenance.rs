@@ -1,25 +1,33 @@
 //! What a report rests on: the sensor, the program, the files with their fingerprints.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 
-use taxel::Sensor;
 use taxel::sensor::{PerLine, PerTaxel, SensorSpec};
+use taxel::{Frame, Sensor};
+use taxel_io::{ReadOptions, open_counts};
 use taxel_plot::cells;
 use taxel_plot::report::{Section, Table, number};
 
 use super::plan::Plan;
+use super::regions;
 use crate::calibration_age::calibration_history;
 use crate::error::Error;
 use crate::fingerprint;
 use crate::reporter::Reporter;
+use crate::session::time_stamp;
 
 /// Hexadecimal digits of a fingerprint that are shown: enough to tell files apart, few enough to compare by eye.
 const SHOWN: usize = 16;
 
-/// Sensor, program, how intervals were made.
-pub(super) fn about(plan: &Plan) -> Vec<(String, String)> {
+/// Clocks that say less were never set: seconds of 2000-01-01 since 1970.
+const NEVER_SET: Duration = Duration::from_secs(946_684_800);
+
+/// Sensor, when its recordings were made, program, how intervals were made.
+pub(super) fn about(plan: &Plan) -> Result<Vec<(String, String)>, Error> {
     let mut about = describe(&plan.sensor);
+    about.extend(recorded(plan)?.map(|days| ("recorded".to_owned(), days)));
     about.push((
         "program".to_owned(),
         format!("taxel {}", env!("CARGO_PKG_VERSION")),
@@ -34,7 +42,43 @@ pub(super) fn about(plan: &Plan) -> Vec<(String, String)> {
             bootstrap.seed
         ),
     ));
-    about
+    Ok(about)
+}
+
+/// The day on which the plan's recordings were made, or the first and the last, by the clocks of those computers; `None` where no
+/// recording tells. A day of the data and not of the report, which is the same on any day.
+fn recorded(plan: &Plan) -> Result<Option<String>, Error> {
+    let mut days = BTreeSet::new();
+    for experiment in &plan.experiments {
+        for (setting, wanted) in regions::wanted(plan, experiment)? {
+            let own = experiment.settings.get(&setting);
+            let (sensor, _) = plan.sensor_of(own.or(experiment.sensor.as_ref()))?;
+            let begun = wanted.keys().filter_map(|file| begun(file, &sensor));
+            let set = begun.filter(|begun| *begun >= SystemTime::UNIX_EPOCH + NEVER_SET);
+            days.extend(set.map(|begun| {
+                let mut day = time_stamp(begun);
+                // The time of day follows the ten characters of the date.
+                day.truncate(10);
+                day
+            }));
+        }
+    }
+    let (Some(first), Some(last)) = (days.first(), days.last()) else {
+        return Ok(None);
+    };
+    Ok(Some(if first == last {
+        format!("{first} (UTC)")
+    } else {
+        format!("{first} to {last} (UTC)")
+    }))
+}
+
+/// When the first frame of a recording came. What cannot be read is told where it is evaluated.
+fn begun(file: &Path, sensor: &Sensor) -> Option<SystemTime> {
+    let mut source = open_counts(file, ReadOptions::of(sensor)).ok()?;
+    let mut frame = Frame::zeros(sensor.rows(), sensor.columns());
+    source.next_into(&mut frame).ok()?.then_some(())?;
+    source.host_time()
 }
 
 /// A sensor, line by line.

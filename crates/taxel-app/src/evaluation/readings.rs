@@ -7,11 +7,12 @@ use taxel::circuit::Converter;
 use taxel::frame::grams_from_newtons;
 use taxel::metric::FrameFigures;
 use taxel::pipeline::{FrameResult, Pipeline};
-use taxel::{Counts, Frame, Mark, Sensor};
+use taxel::{Counts, Frame, Mark, Newtons, Sensor};
 use taxel_io::{FrameSource, ReadOptions, Trial, open_counts};
 
-use super::coverage::Intervals;
+use super::coverage::{Halves, Intervals};
 use super::plan::Value;
+use super::regions;
 use crate::error::Error;
 use crate::frames::show;
 use crate::methods::MethodName;
@@ -32,7 +33,7 @@ pub struct TrialReading {
     pub secs: Option<f64>,
     /// Place of the frame in its recording, from 0.
     pub frame: u64,
-    /// Counts of the taxel.
+    /// Counts of the taxel; of a region those of any taxel, and nothing to look at.
     pub counts: f64,
     /// Its volts.
     pub volts: f64,
@@ -47,9 +48,9 @@ pub struct TrialReading {
 /// What a method makes of a frame.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Answer {
-    /// Conductance of the taxel.
+    /// Conductance of the taxel; a region has none.
     pub siemens: Option<f64>,
-    /// Where the sensor has a load law.
+    /// Load of the taxel, or of the region, where the sensor has a load law.
     pub grams: Option<f64>,
     /// Half of the 95 % interval of that, where it was asked for.
     pub half_g: Option<f64>,
@@ -239,6 +240,9 @@ impl<'a> Reader<'a> {
         let secs = frame.time_secs;
         let columns = self.sensor.columns();
         let taxel_of = |trial: usize| trials[trial].taxel.map(|(r, c)| r * columns + c);
+        let region_of =
+            |trial: usize| regions::place(trials[trial].region.as_deref(), &self.sensor);
+        let regions: Vec<Option<usize>> = wanted.iter().map(|&trial| region_of(trial)).collect();
         let any = (0..frame.values().len()).find(|&taxel| !self.sensor.is_absent(taxel));
         let any = any.unwrap_or(0);
         let mut answers: Vec<Vec<Answer>> = vec![Vec::new(); wanted.len()];
@@ -253,17 +257,19 @@ impl<'a> Reader<'a> {
                 .filter(|_| is_answered)
                 .and_then(|intervals| intervals.of(&result));
             for (place, &trial) in wanted.iter().enumerate() {
-                let taxel = taxel_of(trial).unwrap_or(any);
-                marks[place] = result.volts.marks()[taxel];
+                let (mark, answer) = match regions[place] {
+                    Some(at) => of_region(&result, halves.as_ref(), &self.sensor, at),
+                    None => {
+                        let taxel = taxel_of(trial).unwrap_or(any);
+                        of_taxel(&result, halves.as_ref(), taxel)
+                    }
+                };
+                marks[place] = mark;
                 answers[place].push(Answer {
-                    siemens: result.siemens.map(|siemens| siemens.values()[taxel]),
-                    grams: result
-                        .loads
-                        .map(|loads| grams_from_newtons(loads.values()[taxel])),
-                    half_g: halves.as_ref().map(|halves| halves.taxels[taxel]),
                     total_g,
                     total_half_g: halves.as_ref().map(|halves| halves.total),
                     centre_mm,
+                    ..answer
                 });
             }
         }
@@ -273,6 +279,8 @@ impl<'a> Reader<'a> {
         }
         for ((&trial, mark), answers) in wanted.iter().zip(marks).zip(answers) {
             let counts = frame.values()[taxel_of(trial).unwrap_or(any)];
+            let is_region = trials[trial].region.is_some();
+            let is_at_end = !is_region && counts >= self.sensor.max_count();
             readings.push(TrialReading {
                 trial,
                 secs,
@@ -280,7 +288,7 @@ impl<'a> Reader<'a> {
                 counts,
                 volts: self.volts(counts),
                 marked: !matches!(mark, Mark::Good | Mark::Saturated | Mark::Interpolated),
-                saturated: mark == Mark::Saturated || counts >= self.sensor.max_count(),
+                saturated: mark == Mark::Saturated || is_at_end,
                 answers,
             });
         }
@@ -324,6 +332,34 @@ impl<'a> Reader<'a> {
         let counts = Frame::<Counts>::filled(1, 1, count);
         self.converter.volts_from_counts(&counts).values()[0]
     }
+}
+
+/// What a method makes of a taxel, with the mark of its reading.
+fn of_taxel(result: &FrameResult<'_>, halves: Option<&Halves<'_>>, taxel: usize) -> (Mark, Answer) {
+    let grams = |loads: &Frame<Newtons>| grams_from_newtons(loads.values()[taxel]);
+    let answer = Answer {
+        siemens: result.siemens.map(|siemens| siemens.values()[taxel]),
+        grams: result.loads.map(grams),
+        half_g: halves.map(|halves| halves.taxels[taxel]),
+        ..Answer::default()
+    };
+    (result.volts.marks()[taxel], answer)
+}
+
+/// The same of a region of the sensor, by its place among them.
+fn of_region(
+    result: &FrameResult<'_>,
+    halves: Option<&Halves<'_>>,
+    sensor: &Sensor,
+    at: usize,
+) -> (Mark, Answer) {
+    let region = &sensor.regions()[at];
+    let answer = Answer {
+        grams: result.loads.map(|loads| regions::grams(loads, region)),
+        half_g: halves.map(|halves| halves.regions[at]),
+        ..Answer::default()
+    };
+    (regions::mark(result.volts, region), answer)
 }
 
 /// The trials of one setting and what was read.

@@ -5,8 +5,9 @@ use taxel::stats::Bootstrap;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
+use super::at_end::{at_end, ceiling, ceiling_line};
 use super::plan::{Experiment, Plan, Value};
-use super::readings::Group;
+use super::readings::{Group, TrialReading};
 use super::{no_value, too_few};
 use crate::error::Error;
 
@@ -98,8 +99,7 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<Repeated
 
 /// 1 for a marked reading, 0 for another, of each setting.
 fn marked(groups: &[Group]) -> Vec<Vec<Vec<f64>>> {
-    let flag =
-        |reading: &&super::readings::TrialReading| f64::from(u8::from(!reading.is_measured()));
+    let flag = |reading: &&TrialReading| f64::from(u8::from(!reading.is_measured()));
     let of = |group: &Group| {
         let experiments = group.experiments();
         if experiments.len() < Bootstrap::MIN_EXPERIMENTS {
@@ -120,9 +120,33 @@ fn figure(group: &Group, value: Value) -> Result<Figure, Error> {
         .iter()
         .map(|r| r.value(value).unwrap_or(f64::NAN))
         .collect();
-    let x = (0..values.len()).map(|i| i as f64).collect();
-    let line = Line::new("", values).style(LineStyle::Points);
-    let picture = Series::new("reading", x, vec![line])?
+    let x: Vec<f64> = (0..values.len()).map(|i| i as f64).collect();
+    let ends = vec![0.0, values.len().saturating_sub(1) as f64];
+    let mut lines = vec![
+        Line::new("", values.clone())
+            .style(LineStyle::Points)
+            .colour(0),
+    ];
+    let points = |is_drawn: fn(&TrialReading) -> bool| -> Vec<(f64, f64)> {
+        let drawn = group.readings.iter().map(is_drawn);
+        let points = drawn
+            .zip(&x)
+            .zip(&values)
+            .filter(|((is_drawn, _), _)| *is_drawn);
+        points.map(|((_, x), value)| (*x, *value)).collect()
+    };
+    let saturated = at_end(points(|reading| reading.saturated));
+    if let (Some(saturated), Some(ceiling)) = (&saturated, ceiling(group, value)) {
+        lines.push(ceiling_line(ceiling, saturated.values[0], ends));
+    }
+    lines.extend(saturated);
+    let away = points(|reading| reading.marked && !reading.saturated);
+    if !away.is_empty() {
+        let (at, away): (Vec<f64>, Vec<f64>) = away.into_iter().unzip();
+        let line = Line::new("no measurement", away).over(at);
+        lines.push(line.style(LineStyle::Points).colour(7));
+    }
+    let picture = Series::new("reading", x, lines)?
         .title(group.title())
         .quantity(value.quantity())
         .unit(value.unit())

@@ -1,11 +1,10 @@
 //! How the reading follows the load, and where it ends.
 
-use taxel::circuit::Converter;
 use taxel::evaluate::response::{LoadReading, Response, response};
-use taxel::{Counts, Frame};
 use taxel_plot::report::{Cell, Figure, Section, Table, number};
 use taxel_plot::{Line, LineStyle, Series, cells};
 
+use super::at_end::{at_end, ceiling, ceiling_line};
 use super::plan::{Experiment, Plan, Value};
 use super::readings::Group;
 use super::{no_value, too_few};
@@ -126,20 +125,6 @@ fn readings(plan: &Plan, group: &Group, value: Value) -> Result<Vec<Vec<LoadRead
     })
 }
 
-/// The largest reading that the converter has, where the value is one: its size.
-fn ceiling(group: &Group, value: Value) -> Option<f64> {
-    let sensor = &group.sensor;
-    match value {
-        Value::Counts => Some(sensor.max_count()),
-        Value::Volts => {
-            let end = Frame::<Counts>::filled(1, 1, sensor.max_count());
-            let volts = Converter::from_sensor(sensor).volts_from_counts(&end);
-            Some(volts.values()[0].abs())
-        }
-        Value::Siemens | Value::Grams => None,
-    }
-}
-
 fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<Figure, Error> {
     let loads: Vec<f64> = found.levels.iter().map(|level| level.load).collect();
     let (first, last) = (loads[0], loads[loads.len() - 1]);
@@ -172,14 +157,11 @@ fn figure(plan: &Plan, group: &Group, value: Value, found: &Response) -> Result<
         lines.push(Line::new("power law", x.iter().map(curve).collect()).colour(2));
     }
     if let (Some(_), Some(ceiling)) = (found.saturates_at, ceiling) {
-        // The readings of this read-out may be negative volts.
-        let sign = found.levels.last().map_or(1.0, |l| l.value.value.signum());
-        lines.push(
-            Line::new("converter's end", vec![sign * ceiling; x.len()])
-                .style(LineStyle::Dashed)
-                .colour(7),
-        );
+        let like = found.levels.last().map_or(1.0, |l| l.value.value);
+        lines.push(ceiling_line(ceiling, like, x.clone()));
     }
+    let saturated = found.levels.iter().filter(|l| l.saturated_share > 0.0);
+    lines.extend(at_end(saturated.map(|l| (l.load, l.value.value)).collect()));
     let picture = Series::new("load (g)", x, lines)?
         .title(group.title())
         .quantity(value.quantity())

@@ -28,6 +28,7 @@ use crate::simulated::simulated_source;
 use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
 pub use reference::Reference;
+pub(crate) use regions_file::region_specs_of_file;
 pub use regions_file::{regions_of_file, regions_to_toml};
 pub use series::{ForceSeries, Series};
 pub use trials::{ForceOverTime, PlateauFigures, Trial};

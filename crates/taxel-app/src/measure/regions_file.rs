@@ -32,6 +32,15 @@ pub fn regions_to_toml(regions: &[RegionSpec]) -> String {
 /// # Errors
 /// A file that cannot be read, is no TOML, has another key, names no region, or one that the sensor cannot have.
 pub fn regions_of_file(file: &Path, sensor: &Sensor) -> Result<Vec<Region>, Error> {
+    let specs = region_specs_of_file(file)?;
+    Region::all(&specs, sensor).map_err(|source| Error::InFile {
+        file: file.to_owned(),
+        source,
+    })
+}
+
+/// The same as the file says them, whatever the sensor.
+pub(crate) fn region_specs_of_file(file: &Path) -> Result<Vec<RegionSpec>, Error> {
     let text = text_file::read(file, "a file of regions", MAX)?;
     let read: RegionsFile = toml::from_str(&text).map_err(|source| Error::Request {
         what: format!("{}: {}", file.display(), source.to_string().trim_end()),
@@ -43,8 +52,5 @@ pub fn regions_of_file(file: &Path, sensor: &Sensor) -> Result<Vec<Region>, Erro
             hint: "a [[region]] each, with `name`, and `boxes` or `outline`",
         });
     }
-    Region::all(&read.regions, sensor).map_err(|source| Error::InFile {
-        file: file.to_owned(),
-        source,
-    })
+    Ok(read.regions)
 }

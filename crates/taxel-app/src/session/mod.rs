@@ -355,6 +355,16 @@ impl Session {
             .map_or_else(Vec::new, |server| server.urls())
     }
 
+    /// Shows what another session shows beside its own: gives the addresses of the page that has both.
+    pub fn show_beside(&self, other: &Self) -> Vec<String> {
+        let Some((own, others)) = self.server.as_ref().zip(other.server.as_ref()) else {
+            return Vec::new();
+        };
+        own.show_beside(others);
+        let urls = own.urls();
+        urls.iter().map(|url| page_url(url, "beside")).collect()
+    }
+
     /// The simulated person who grips, where the source has one.
     pub fn person(&self) -> Option<&Person> {
         self.person.as_ref()

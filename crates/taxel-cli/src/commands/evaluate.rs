@@ -35,6 +35,12 @@ pub(crate) struct Args {
     /// Instead of a plan: the e-Cone paper's tables and data figures by a simulated e-Cone, each beside the paper's own
     #[arg(long, conflicts_with = "plan")]
     paper: bool,
+    /// Named regions (.toml): a [[region]] each, as in a sensor file; without it those of the plan, else of the sensor files
+    #[arg(long, value_name = "FILE", requires = "plan")]
+    regions: Option<PathBuf>,
+    /// Say today's date in it: the same report then differs from day to day
+    #[arg(long)]
+    dated: bool,
     /// Where to write the report as well (.html, .pdf)
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -49,9 +55,17 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     output.map(super::report::check_name).transpose()?;
     Files::default()
         .maybe_plan(args.plan.as_ref())
+        .maybe_input("regions", args.regions.as_ref())
         .maybe_output("-o", args.output.as_ref())
         .check()?;
-    let found = evaluate(args.plan.as_deref(), args.live.as_ref())?;
+    let mut found = evaluate(
+        args.plan.as_deref(),
+        args.regions.as_deref(),
+        args.live.as_ref(),
+    )?;
+    if args.dated {
+        super::report::date(&mut found.report);
+    }
     if let Some(file) = output {
         super::report::write(&found.report, file)?;
     }
@@ -65,11 +79,18 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
 }
 
 /// By the plan, or without one by the paper.
-pub(super) fn evaluate(plan: Option<&Path>, live: Option<&Address>) -> Result<Evaluation, Error> {
+pub(super) fn evaluate(
+    plan: Option<&Path>,
+    regions: Option<&Path>,
+    live: Option<&Address>,
+) -> Result<Evaluation, Error> {
     let Some(plan) = plan else {
         return in_scratch_folder();
     };
-    let plan = Plan::read(plan)?;
+    let mut plan = Plan::read(plan)?;
+    if let Some(file) = regions {
+        plan = plan.with_regions(file)?;
+    }
     if let Some(address) = live {
         refuse_recording(address, "name it in the table of trials, without --live")?;
         refuse_stdin(address, "make the recordings with `taxel record stdin:`")?;

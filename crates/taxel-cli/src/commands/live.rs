@@ -14,6 +14,7 @@ use taxel_app::measure::regions_of_file;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{FrameObserver, RecordTopics, Session, SessionOptions};
+use taxel_server::{Options as ServerOptions, random_token};
 
 const SIMULATED: &str = "sim:econe?hand";
 
@@ -39,6 +40,9 @@ pub(crate) struct Args {
 pub(crate) struct ViewArgs {
     /// Recording (.mcap, .parquet, .txt, .csv, .npy, .npz)
     recording: PathBuf,
+    /// A second recording beside the first, on a page of its own: one scale of colours, one axis of time, both played together
+    #[arg(long, value_name = "FILE")]
+    beside: Option<PathBuf>,
     #[command(flatten)]
     shown: Shown,
 }
@@ -75,16 +79,59 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     if let Some(file) = &args.record {
         super::record::check_recording("--record", file)?;
     }
-    show(&args.address, &args.shown, args.record.as_deref(), false)
+    let record = args.record.as_deref();
+    show(begin(&args.address, &args.shown, record, false)?, None)
 }
 
 /// Runs `taxel view`.
 pub(crate) fn run_view(args: &ViewArgs) -> Result<Exit, Error> {
-    let address = Address::File {
-        path: args.recording.clone(),
+    let played = |path: &PathBuf| Address::File {
+        path: path.clone(),
         speed: Some(1.0),
     };
-    show(&address, &args.shown, None, true)
+    let Some(beside) = &args.beside else {
+        return show(
+            begin(&played(&args.recording), &args.shown, None, true)?,
+            None,
+        );
+    };
+    let (address, second) = (played(&args.recording), played(beside));
+    let sensors = [&address, &second].map(|address| sensor_of(address, &args.shown));
+    let [first, other] = sensors;
+    can_be_beside(&args.recording, &first?, beside, &other?)?;
+    let first = begin(&address, &args.shown, None, true)?;
+    let second = begin_beside(&second, &args.shown)?;
+    show(first, Some(second))
+}
+
+/// Loads are compared with loads: one scale of colours has one unit.
+fn can_be_beside(
+    first: &Path,
+    sensor: &Sensor,
+    second: &Path,
+    other: &Sensor,
+) -> Result<(), Error> {
+    let has_loads = |sensor: &Sensor| sensor.material().is_some() || sensor.exported().is_some();
+    if has_loads(sensor) == has_loads(other) {
+        return Ok(());
+    }
+    let (with, without) = if has_loads(sensor) {
+        (first, second)
+    } else {
+        (second, first)
+    };
+    Err(Error::Arguments {
+        what: format!(
+            "--beside: {} has loads, and the sensor of {} has no load law ([material])",
+            with.display(),
+            without.display()
+        ),
+        hint: "--sensor takes one sensor file for both",
+    })
+}
+
+fn sensor_of(address: &Address, shown: &Shown) -> Result<Sensor, Error> {
+    Ok(sensor_source::of(address, shown.sensor.as_deref())?.0)
 }
 
 /// A server for Foxglove; says where it listens.
@@ -108,14 +155,52 @@ fn foxglove(address: &str, _: &Sensor) -> Result<FrameObserver, Error> {
     })
 }
 
-fn show(
+/// A session that has begun, and what is to be said of it.
+struct Begun {
+    session: Session,
+    address: String,
+    exported: Option<String>,
+    history: Option<String>,
+}
+
+fn begin(
     address: &Address,
     shown: &Shown,
     record: Option<&Path>,
     held: bool,
-) -> Result<Exit, Error> {
+) -> Result<Begun, Error> {
+    let mut options = options(address, shown)?;
+    options.server = Some(shown.access.server()?);
+    options.record = record.map(Path::to_owned);
+    options.held = held;
+    if let Some(address) = &shown.foxglove {
+        options.observer = Some(foxglove(address, &options.sensor)?);
+    }
+    started(address, options)
+}
+
+/// The same for what stands beside. Its server is reached by way of the first one's page; alone it knows only whoever guesses its
+/// token.
+fn begin_beside(address: &Address, shown: &Shown) -> Result<Begun, Error> {
+    let mut options = options(address, shown)?;
+    let mut server = ServerOptions::new("127.0.0.1:0");
+    server.token = Some(random_token());
+    options.server = Some(server);
+    options.held = true;
+    started(address, options)
+}
+
+fn started(address: &Address, options: SessionOptions) -> Result<Begun, Error> {
+    Ok(Begun {
+        address: address.to_string(),
+        exported: exported_words(&options.sensor),
+        history: calibration_history(&options.sensor, Some(SystemTime::now())),
+        session: Session::start(options)?,
+    })
+}
+
+fn options(address: &Address, shown: &Shown) -> Result<SessionOptions, Error> {
     let (sensor, sensor_file) = sensor_source::of(address, shown.sensor.as_deref())?;
-    let history = calibration_history(&sensor, Some(SystemTime::now()));
     interrupt::listen();
     let regions = shown.regions.as_ref();
     let regions = regions
@@ -130,34 +215,39 @@ fn show(
         figures: shown.loads,
         images: shown.images,
     };
-    options.server = Some(shown.access.server()?);
-    options.record = record.map(Path::to_owned);
-    options.held = held;
-    if let Some(address) = &shown.foxglove {
-        options.observer = Some(foxglove(address, &options.sensor)?);
-    }
-    let exported = exported_words(&options.sensor);
-    let mut session = Session::start(options)?;
-    if let Some(words) = exported {
-        out::note(&words);
-    }
-    out::result(&session.urls().join("\n"))?;
-    out::note(&format!("{address}; Ctrl-C ends it"));
-    if let Some(history) = history {
+    Ok(options)
+}
+
+/// Shows it until Ctrl-C, with what stands beside.
+fn show(first: Begun, beside: Option<Begun>) -> Result<Exit, Error> {
+    let urls = match &beside {
+        Some(beside) => first.session.show_beside(&beside.session),
+        None => first.session.urls(),
+    };
+    let mut all: Vec<Begun> = [Some(first), beside].into_iter().flatten().collect();
+    all.iter()
+        .filter_map(|begun| begun.exported.as_ref())
+        .for_each(|words| out::note(words));
+    out::result(&urls.join("\n"))?;
+    let addresses: Vec<&str> = all.iter().map(|begun| begun.address.as_str()).collect();
+    out::note(&format!("{}; Ctrl-C ends it", addresses.join(" beside ")));
+    for history in all.iter().filter_map(|begun| begun.history.as_ref()) {
         out::note(&format!("sensor: {history}"));
     }
-    let mut told = String::new();
+    let mut told = vec![String::new(); all.len()];
     while !interrupt::asked() {
-        let (_, text) = session.state();
-        if text != told {
-            out::note(&text);
-            told = text;
-        }
-        for line in session.take_messages() {
-            out::note(&line);
+        for (begun, told) in all.iter().zip(&mut told) {
+            let (_, text) = begun.session.state();
+            if text != *told {
+                out::note(&text);
+                *told = text;
+            }
+            for line in begun.session.take_messages() {
+                out::note(&line);
+            }
         }
         std::thread::sleep(std::time::Duration::from_millis(100));
     }
-    session.end();
-    super::record::conclude(&session)
+    all.iter_mut().for_each(|begun| begun.session.end());
+    super::record::conclude(&all[0].session)
 }

@@ -22,6 +22,12 @@ pub(crate) struct Args {
     /// Instead of a plan: the e-Cone paper's tables and data figures by a simulated e-Cone, each beside the paper's own
     #[arg(long, conflicts_with = "plan")]
     paper: bool,
+    /// Named regions (.toml): a [[region]] each, as in a sensor file; without it those of the plan, else of the sensor files
+    #[arg(long, value_name = "FILE", requires = "plan")]
+    regions: Option<PathBuf>,
+    /// Say today's date in it: the same report then differs from day to day
+    #[arg(long)]
+    dated: bool,
     /// Where to write it (.html, .pdf)
     #[arg(short, long, value_name = "FILE", default_value = "report.html")]
     output: PathBuf,
@@ -32,11 +38,21 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check_name(&args.output)?;
     Files::default()
         .maybe_plan(args.plan.as_ref())
+        .maybe_input("regions", args.regions.as_ref())
         .output("-o", &args.output)
         .check()?;
-    let found = evaluate(args.plan.as_deref(), None)?;
+    let mut found = evaluate(args.plan.as_deref(), args.regions.as_deref(), None)?;
+    if args.dated {
+        date(&mut found.report);
+    }
     write(&found.report, &args.output)?;
     Ok(exit(&found))
+}
+
+/// Says today's date in a report, above everything else of it.
+pub(super) fn date(report: &mut Report) {
+    let today = format!("{} (UTC)", super::calibrate::today());
+    report.about.insert(0, ("date".to_owned(), today));
 }
 
 /// 3 where something was left out.

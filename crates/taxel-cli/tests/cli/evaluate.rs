@@ -5,6 +5,8 @@ mod accuracy;
 mod live;
 mod lost;
 mod refused;
+mod regions;
+mod report;
 mod series;
 
 use std::fmt::Write;

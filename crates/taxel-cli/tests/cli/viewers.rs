@@ -249,3 +249,61 @@ fn tokens_come_from_a_file_and_protect_something() {
         "{url}"
     );
 }
+
+/// One page for two recordings: what stands beside is looked at by way of the first one's address, and by its token.
+#[test]
+fn a_second_recording_is_shown_beside_the_first() {
+    let folder = Folder::new();
+    for (name, load, frames) in [("a", 100, 30), ("b", 200, 20)] {
+        folder.good(&format!(
+            "simulate --sensor sensor.toml --pattern uniform --load-g {load} --frames {frames} -o {name}.txt"
+        ));
+    }
+    let words =
+        "view a.txt --beside b.txt --sensor sensor.toml --listen 127.0.0.1:0 --token abcdefgh1";
+    let mut running = Running::start(&folder, words);
+    let url = running.url();
+    let query = "?token=abcdefgh1";
+    assert!(url.ends_with(&format!("/beside{query}")), "{url}");
+    let place = url.replace(&format!("beside{query}"), "");
+    let mut seen = Vec::new();
+    for path in ["live", "beside/live"] {
+        let mut viewer = view(&format!("{place}{path}{query}"));
+        let hello = told(&mut viewer, "hello");
+        let curve = told(&mut viewer, "curve");
+        seen.push((
+            hello["source"]["address"].as_str().unwrap().to_owned(),
+            curve["secs"].as_array().unwrap().len(),
+            curve["total_newtons"][0].as_f64().unwrap(),
+        ));
+    }
+    assert!(seen[0].0.contains("a.txt") && seen[1].0.contains("b.txt"));
+    assert_eq!((seen[0].1, seen[1].1), (30, 20));
+    assert!((seen[1].2 / seen[0].2 - 2.0).abs() < 0.01, "{seen:?}");
+    let refused = tungstenite::connect(format!("{place}beside/live").replace("http", "ws"));
+    let closed = refused.unwrap().0.read().unwrap();
+    assert!(closed.is_close(), "{closed}");
+    end(&mut running);
+}
+
+#[test]
+fn loads_stand_beside_loads_alone() {
+    let folder = Folder::new();
+    let plain = SENSOR.split("[material]").next().unwrap();
+    folder.write("plain.toml", plain);
+    for (sensor, name) in [("sensor", "a"), ("plain", "b")] {
+        folder.good(&format!(
+            "simulate --sensor sensor.toml --pattern uniform --frames 3 -o {name}.txt"
+        ));
+        folder.good(&format!(
+            "convert {name}.txt --sensor {sensor}.toml --frames-per-second 10 -o {name}.mcap"
+        ));
+    }
+    let refused = folder.fails("view b.mcap --beside a.mcap --listen 127.0.0.1:0");
+    assert!(
+        refused
+            .err
+            .contains("a.mcap has loads, and the sensor of b.mcap has no load law"),
+        "{refused}"
+    );
+}

@@ -41,9 +41,11 @@ export class Connection {
    * @param {(message: Wire.Message) => void} handlers.onText
    * @param {(message: ArrayBuffer) => void} handlers.onFrame
    * @param {() => void} handlers.onStatus
+   * @param {string} path where the server speaks
    */
-  constructor(handlers) {
+  constructor(handlers, path = "/live") {
     this.handlers = handlers;
+    this.path = path;
     this.token = takeToken();
     /** @type {Status} */
     this.status = "connecting";
@@ -70,7 +72,7 @@ export class Connection {
     this.setStatus("connecting");
     const scheme = location.protocol === "https:" ? "wss:" : "ws:";
     const query = this.token ? `?token=${encodeURIComponent(this.token)}` : "";
-    const socket = new WebSocket(`${scheme}//${location.host}/live${query}`);
+    const socket = new WebSocket(`${scheme}//${location.host}${this.path}${query}`);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
     socket.onopen = () => {

@@ -10,8 +10,15 @@ const SAME_SHARE = 0.1;
 
 const NOTHING = { half: null, words: "" };
 
+/**
+ * What of the view it has to know.
+ * @typedef {object} Shown
+ * @property {Readonly<{ paused: boolean, newtons: boolean, frameAt: number }>} now
+ * @property {(names: "hello"[], tell: () => void) => unknown} on
+ */
+
 export class Figures {
-  /** @param {import("./view.js").View} view */
+  /** @param {Shown} view */
   constructor(view) {
     this.view = view;
     /** Of the last seconds, the newest first: a hand that grips again and again is soon where it has been. */

@@ -18,7 +18,7 @@ import { NO_LINES } from "./view.js";
 
 /** Before there are newtons: a light press conducts as much, and noise does not fill the colours. */
 const LEAST_TOP_MICROSIEMENS = 40;
-const COLOURS = "inferno";
+export const MAP_COLOURS = "inferno";
 /** The number is written less often than the map is drawn, and what is read out even less. */
 const WRITE_EVERY_MS = 250;
 const SUMMARY_EVERY_MS = 2000;
@@ -29,6 +29,7 @@ const SUMMARY_EVERY_MS = 2000;
  * @property {string} unit of forces; conductances are shown as such
  * @property {number} least colours reach at least to this, so that an empty sensor does not show its noise
  * @property {string} title of the scale
+ * @property {Scale} [scale] one for several maps, which only grows; without it the map follows what it shows
  */
 /** @typedef {(g: CanvasRenderingContext2D, placement: import("./orientation.js").Placement, sensor: Wire.SensorFacts) => void} DrawOver */
 
@@ -41,7 +42,7 @@ export class LiveMap {
     this.tile.show(true);
     this.barCanvas = canvasById(`${shows.name}-bar`);
     this.bar = new ColourBar(this.barCanvas);
-    this.scale = new Scale();
+    this.scale = shows.scale ?? new Scale();
     // The sensor lies here as it lies in the live view.
     this.orientation = new Settings().orientation;
     this.selection = new Selection();
@@ -70,7 +71,7 @@ export class LiveMap {
     this.marks = new Uint8Array(sensor.rows * sensor.columns);
     this.marksVersion += 1;
     this.evened = new Float32Array(sensor.rows * sensor.columns);
-    this.scale.reset();
+    if (!this.shows.scale) this.scale.reset();
     this.tile.reset(sensor);
     this.layOut();
   }
@@ -119,15 +120,17 @@ export class LiveMap {
     const factor = newtons ? loadFactor(unitOf(this.shows.unit), sensor.taxel_area_mm2) : 1e6;
     const values = newtons ? evened(frame.compensated, sensor, unitOf(this.shows.unit), this.evened) : frame.compensated;
     const highest = this.highest(values, frame.marks) * factor;
-    this.scale.update(Math.max(highest, newtons ? this.shows.least : LEAST_TOP_MICROSIEMENS), frame.host, "follow", 0);
-    const table = colourTable(COLOURS);
+    const reach = Math.max(highest, newtons ? this.shows.least : LEAST_TOP_MICROSIEMENS);
+    if (this.shows.scale) this.scale.makeRoom(reach);
+    else this.scale.update(reach, frame.host, "follow", 0);
+    const table = colourTable(MAP_COLOURS);
     const unit = newtons ? this.shows.unit : "µS";
     tile.draw({
       frame, sensor, meanings: this.meanings, marks: this.marks, marksVersion: this.marksVersion, badLines: this.badLines,
       badLinesKey: this.badLinesKey, draft: null, trail: this.trail, selection: this.selection, picked: null,
       smooth: false, showMarks: true, showCop: false,
     }, values, table, factor / this.scale.top, 0);
-    this.bar.draw([{ name: COLOURS, table, low: 0, high: this.scale.top, unit, title: newtons ? this.shows.title : "Conductance" }], this.height, this.ratio);
+    this.bar.draw([{ name: MAP_COLOURS, table, low: 0, high: this.scale.top, unit, title: newtons ? this.shows.title : "Conductance" }], this.height, this.ratio);
     if (drawOver && tile.placement) drawOver(tile.context, tile.placement, sensor);
     this.say(frame, highest, unit);
   }

@@ -115,6 +115,16 @@ export class TimeChart {
   }
 
   /**
+   * The same lines with another instant marked.
+   * @param {number} pausedAt
+   */
+  moveTo(pausedAt) {
+    if (this.pausedAt === pausedAt) return;
+    this.pausedAt = pausedAt;
+    this.plot.redraw(false, false);
+  }
+
+  /**
    * The chart in words, for those who cannot see it.
    * @param {string} name
    * @param {string[]} units of the lines

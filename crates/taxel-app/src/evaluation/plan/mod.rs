@@ -10,6 +10,7 @@ use taxel::stats::Bootstrap;
 use taxel_plot::report::number;
 
 use crate::error::Error;
+use crate::measure::region_specs_of_file;
 use crate::methods::MethodName;
 use taxel_io::{bounded, sensor_file};
 
@@ -29,6 +30,7 @@ struct Written {
     confidence: Option<f64>,
     frames_per_second: Option<f64>,
     live_frames: Option<u64>,
+    regions: Option<PathBuf>,
     experiment: Vec<Experiment>,
 }
 
@@ -210,6 +212,8 @@ pub struct Plan {
     pub sensor: Sensor,
     /// Where it comes from.
     pub sensor_file: PathBuf,
+    /// Named regions in place of those of the sensor files.
+    pub regions: Option<PathBuf>,
     /// How intervals are found.
     pub bootstrap: Bootstrap,
     /// Where recordings know no times.
@@ -260,9 +264,11 @@ impl Plan {
         for experiment in &written.experiment {
             check::settings(experiment, &sensor).map_err(refused)?;
         }
+        let regions = written.regions.map(|file| folder.join(file));
         Ok(Self {
-            sensor,
+            sensor: with_regions(sensor, regions.as_deref())?,
             sensor_file,
+            regions,
             title: written.title.unwrap_or_else(|| {
                 let name = file.file_stem().unwrap_or_default();
                 name.to_string_lossy().into_owned()
@@ -296,8 +302,30 @@ impl Plan {
             return Ok((self.sensor.clone(), self.sensor_file.clone()));
         };
         let file = next_to(self.folder(), word);
-        Ok((sensor_file::load(&file)?, file))
+        let sensor = with_regions(sensor_file::load(&file)?, self.regions.as_deref())?;
+        Ok((sensor, file))
     }
+
+    /// With the named regions of this file in place of those that the plan and its sensor files name.
+    ///
+    /// # Errors
+    /// A file of regions that cannot be read, or that do not suit the plan's sensor.
+    pub fn with_regions(mut self, file: &Path) -> Result<Self, Error> {
+        self.sensor = with_regions(self.sensor, Some(file))?;
+        self.regions = Some(file.to_owned());
+        Ok(self)
+    }
+}
+
+/// A sensor with the regions of a file, where there is one.
+fn with_regions(sensor: Sensor, file: Option<&Path>) -> Result<Sensor, Error> {
+    let Some(file) = file else { return Ok(sensor) };
+    let specs = region_specs_of_file(file)?;
+    let edited = sensor.edited(|spec| spec.regions = specs);
+    edited.map_err(|source| Error::InFile {
+        file: file.to_owned(),
+        source,
+    })
 }
 
 /// The text of a plan.
@@ -351,6 +379,8 @@ pub fn names(file: &Path) -> Result<Names, Error> {
             .others
             .extend(methods.iter().filter_map(MethodName::file));
     }
+    let regions = written.regions.iter();
+    names.others.extend(regions.map(|file| folder.join(file)));
     Ok(names)
 }
 
@@ -369,7 +399,7 @@ fn words_of(error: &toml::de::Error) -> String {
     // It quotes the whole line, however long.
     let quoted = error.to_string();
     let lines = quoted.trim_end().lines();
-    let short: Vec<String> = lines.map(|line| line.chars().take(160).collect()).collect();
+    let short: Vec<String> = lines.map(|line| line.chars().take(200).collect()).collect();
     let text = short.join("\n");
     if text.contains("invalid type: map, expected a sequence") {
         text + "\nwrite [[experiment]], with two brackets: there may be more than one"

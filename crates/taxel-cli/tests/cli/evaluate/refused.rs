@@ -31,7 +31,7 @@ fn plans_that_make_no_sense_are_refused_with_words() {
       |
     3 | sead = 3
       | ^^^^
-    unknown field `sead`, expected one of `format`, `title`, `sensor`, `seed`, `resamples`, `confidence`, `frames_per_second`, `live_frames`, `experiment`
+    unknown field `sead`, expected one of `format`, `title`, `sensor`, `seed`, `resamples`, `confidence`, `frames_per_second`, `live_frames`, `regions`, `experiment`
     hint: docs/evaluate.md has every key of a plan
     ");
     insta::assert_snapshot!(plan(&format!("{head}{}", good.replace("creep", "crosstalk"))), @r#"
@@ -253,7 +253,7 @@ fn tables_that_do_not_fit_their_kind_are_refused_with_their_place() {
         (
             "accuracy",
             "recording,row,column\nr.txt,1,1\n",
-            "accuracy needs taxel and load_g, or total_g, or x_mm and y_mm",
+            "accuracy needs taxel or region and load_g, or total_g, or x_mm and y_mm",
         ),
         ("accuracy", "recording,total_g,x_mm\nr.txt,1,1\n", "y_mm"),
         (
@@ -324,7 +324,8 @@ fn the_same_readings_are_no_second_experiment() {
     let says = format!("t.csv, lines 3 and {}: frame ", lines.len());
     assert!(run.err.contains(&says), "{run}");
     assert!(
-        run.err.contains("the same taxel twice, as two experiments"),
+        run.err
+            .contains("the same taxel or region twice, as two experiments"),
         "{run}"
     );
     // A recording read whole has each of its frames in it.
