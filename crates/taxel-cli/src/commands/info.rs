@@ -150,7 +150,7 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(ReadOptions, bool), 
 }
 
 /// Two passes over a file, for faulty lines and then for single readings; one over a pipe, and over what another program has
-/// screened. Without a sensor one more before them, for the converter's range.
+/// exported. Without a sensor one more before them, for the converter's range.
 fn counts(
     file: &Path,
     mut options: ReadOptions,
@@ -177,10 +177,9 @@ fn counts(
         screened = screened.with_mask(mask);
     }
     let mut source = open_counts(file, options)?;
-    // What another program has screened is not screened for lines, and so needs no pass of its own for single readings.
-    let is_exported = sensor.is_some_and(|sensor| sensor.exported().is_some());
-    let once = source.bytes_total().is_none() || is_exported;
-    let known = report.rows_known;
+    let once = source.bytes_total().is_none();
+    // What another program has screened is not screened again.
+    let known = report.rows_known && !report.is_exported();
     pass(&mut source, options, "looking for line faults", |frame| {
         if let Some(sensor) = sensor {
             sensor.mark_absent(frame.marks_mut());
