@@ -13,7 +13,7 @@ use taxel_app::units::InputUnit;
 use taxel_io::{ReadOptions, shape_of};
 
 use crate::errors;
-use crate::interrupt::interruptible;
+use crate::interrupt::{Stop, StoppableThreads, interruptible};
 use crate::output::bytes;
 use crate::sensor::Sensor;
 
@@ -119,11 +119,14 @@ impl Reader {
         let chunk = interruptible(py, |stop| {
             let mut reader = self.lock();
             let mut chunk = Chunk::new(self.unit == InputUnit::Counts);
-            while chunk.sequence.len() < most && reader.advance().map_err(errors::of_app)? {
+            loop {
+                chunk.add_plain(&mut reader, most, stop)?;
+                if chunk.sequence.len() >= most || !reader.advance().map_err(errors::of_app)? {
+                    return PyResult::Ok(chunk);
+                }
                 stop.check();
                 chunk.add(&reader);
             }
-            PyResult::Ok(chunk)
         })??;
         if chunk.sequence.is_empty() {
             return Ok(None);
@@ -207,6 +210,31 @@ impl Chunk {
             has_tare: false,
             sequence: Vec::new(),
         }
+    }
+
+    /// Adds frames that need no look at each.
+    fn add_plain(&mut self, reader: &mut FrameReader, most: usize, stop: &Stop) -> PyResult<()> {
+        let wanted = most - self.sequence.len();
+        let (FrameReader::Counts(source, frame), Values::U16(values)) = (reader, &mut self.values)
+        else {
+            return Ok(());
+        };
+        let read = source.next_counts(wanted, values, &StoppableThreads(stop));
+        let read = read.map_err(errors::of_io)?;
+        if read.is_empty() {
+            return Ok(());
+        }
+        self.taxels = frame.values().len();
+        self.sequence.extend(read);
+        let frames = self.sequence.len();
+        self.time.resize(frames, f64::NAN);
+        if let Some(marks) = &mut self.marks {
+            marks.resize(frames * self.taxels, Mark::Good.code());
+        }
+        if self.has_tare {
+            self.tare.resize(frames * self.taxels, 0.0);
+        }
+        Ok(())
     }
 
     fn add(&mut self, reader: &FrameReader) {

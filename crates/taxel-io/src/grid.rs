@@ -1,5 +1,6 @@
 //! Frames as lines of numbers: the one core behind counts ([`crate::text`]) and values ([`crate::values`]).
 
+mod blocks;
 mod faults;
 
 use std::io::Read;
@@ -12,6 +13,7 @@ use crate::lines::{Line, Lines};
 use crate::number::{Rule, count_fields, count_numbers, is_blank, parse_line};
 use crate::options::ReadOptions;
 use crate::source::{MAX_TAXELS, SkipLog, Skipped, fit_shape};
+use blocks::Plain;
 pub(crate) use faults::shortened;
 
 /// What stands before a frame's lines in the `.csv` form.
@@ -96,6 +98,7 @@ pub(crate) struct Grid<R> {
     commas: bool,
     skips: SkipLog,
     done: bool,
+    plain: Plain,
 }
 
 impl<R: Read> Grid<R> {
@@ -138,6 +141,7 @@ impl<R: Read> Grid<R> {
             commas: false,
             skips: SkipLog::default(),
             done: false,
+            plain: Plain::default(),
         })
     }
 
@@ -248,7 +252,10 @@ impl<R: Read> Grid<R> {
         } else {
             &mut values[k * n..(k + 1) * n]
         };
-        if let Err(fault) = parse_line(text, out, self.rule) {
+        let most = self.rule.most();
+        if !self.lines.read_plain(line, out, most)
+            && let Err(fault) = parse_line(text, out, self.rule)
+        {
             return Err(self.broken(line, fault));
         }
         self.progress.lines += 1;

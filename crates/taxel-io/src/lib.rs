@@ -35,6 +35,7 @@ mod number;
 mod options;
 pub mod pairs;
 pub mod parquet;
+mod plain;
 mod positions;
 pub mod recording;
 mod rows;
@@ -46,6 +47,7 @@ mod temporary;
 pub mod text;
 pub mod trials;
 pub mod values;
+mod words;
 mod xlsx;
 
 pub use atomic::AtomicFile;

@@ -1,8 +1,14 @@
 //! Lines of a byte stream through one bounded buffer.
 
 use std::io::{self, ErrorKind, Read};
+use std::ops::Range;
+
+use crate::plain::{self, Kept};
 
 const FIRST_BUFFER: usize = 256 * 1024;
+/// Bytes of the buffer before all lines and behind them that are no line's: whoever reads several at a time may look at them.
+const BEFORE: usize = plain::BEFORE;
+const BEHIND: usize = plain::BEHIND;
 /// A line is read to its end to go on behind it, but not for ever: a device may have no line ends at all.
 const MAX_GONE: u64 = 64 << 20;
 
@@ -41,8 +47,8 @@ impl<R: Read> Lines<R> {
         Self {
             reader,
             buffer: vec![0; FIRST_BUFFER],
-            start: 0,
-            end: 0,
+            start: BEFORE,
+            end: BEFORE,
             limit,
             number: 0,
             bytes: 0,
@@ -73,6 +79,46 @@ impl<R: Read> Lines<R> {
             Line::Text { from, to, .. } => &self.buffer[from..to],
             Line::TooLong { .. } | Line::End => &[],
         }
+    }
+
+    /// The same with all that is held behind them, or was.
+    pub(crate) fn text_on(&self, line: Line) -> &[u8] {
+        match line {
+            Line::Text { from, .. } => &self.buffer[from..],
+            Line::TooLong { .. } | Line::End => &[],
+        }
+    }
+
+    /// Reads a line of plain numbers, see [`plain::read_line`]; false of every other.
+    pub(crate) fn read_plain<T: Kept>(&self, line: Line, out: &mut [T], most: T) -> bool {
+        let Line::Text { from, to, .. } = line else {
+            return false;
+        };
+        plain::read_line(&self.buffer, from..to, out, most)
+    }
+
+    /// Holds as many bytes of the lines that come next, or all there are: the buffer, and where in it they are. `None` where the
+    /// line given last is to come once more.
+    pub(crate) fn hold(&mut self, bytes: usize) -> io::Result<Option<(&[u8], Range<usize>)>> {
+        if self.again {
+            return Ok(None);
+        }
+        let room = bytes + BEFORE + BEHIND;
+        if self.buffer.len() < room {
+            self.buffer.resize(room, 0);
+        }
+        while !self.ended && self.end - self.start < bytes {
+            self.fill()?;
+        }
+        Ok(Some((&self.buffer, self.start..self.end)))
+    }
+
+    /// Goes past lines that are held.
+    pub(crate) fn skip(&mut self, bytes: usize, lines: u64) {
+        self.start += bytes;
+        self.bytes += bytes as u64;
+        self.number += lines;
+        self.last = Line::End;
     }
 
     /// Has the next call give the line given last once more.
@@ -162,18 +208,19 @@ impl<R: Read> Lines<R> {
 
     /// Reads once more behind what is held.
     fn fill(&mut self) -> io::Result<()> {
-        if self.start > 0 {
-            self.buffer.copy_within(self.start..self.end, 0);
-            self.end -= self.start;
-            self.start = 0;
+        if self.start > BEFORE {
+            self.buffer.copy_within(self.start..self.end, BEFORE);
+            self.end -= self.start - BEFORE;
+            self.start = BEFORE;
         }
-        if self.end == self.buffer.len() {
+        if self.end == self.buffer.len() - BEHIND {
             // Only reached with at most `limit` bytes held, so this is bounded.
             let length = self.buffer.len() * 2;
             self.buffer.resize(length, 0);
         }
         loop {
-            match self.reader.read(&mut self.buffer[self.end..]) {
+            let room = self.buffer.len() - BEHIND;
+            match self.reader.read(&mut self.buffer[self.end..room]) {
                 Ok(0) => self.ended = true,
                 Ok(n) => self.end += n,
                 Err(error) if error.kind() == ErrorKind::Interrupted => continue,

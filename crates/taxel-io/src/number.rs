@@ -9,6 +9,16 @@ pub(crate) enum Rule {
     Finite,
 }
 
+impl Rule {
+    /// The largest number that is allowed.
+    pub(crate) fn most(self) -> f64 {
+        match self {
+            Self::Counts { maximum } => maximum,
+            Self::Finite => f64::MAX,
+        }
+    }
+}
+
 /// What is wrong with a line, and where.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Fault {

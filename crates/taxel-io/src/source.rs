@@ -3,10 +3,11 @@
 use std::fs::{self, File};
 use std::io::{self, Read};
 use std::marker::PhantomData;
+use std::ops::Range;
 use std::path::Path;
 use std::time::SystemTime;
 
-use taxel::{Counts, Frame, Mark};
+use taxel::{Counts, Executor, Frame, Mark};
 
 use crate::error::Error;
 use crate::event::Event;
@@ -32,6 +33,22 @@ pub trait FrameSource<Q = Counts> {
     /// What is wrong with the frame or its file; the values of `frame` are then undefined. Nothing follows
     /// an error: further calls give false.
     fn next_into(&mut self, frame: &mut Frame<Q>) -> Result<bool, Error>;
+
+    /// Reads frames on as whole counts of 16 bits, row by row behind `out`: at most so many, as long as they are written plainly
+    /// and there is nothing to say of any, be it its time or a mark. Their positions; of frames of another kind none, which
+    /// [`Self::next_into`] reads. Of most formats no frame is plain.
+    ///
+    /// # Errors
+    /// A file that cannot be read on.
+    fn next_counts(
+        &mut self,
+        most: usize,
+        out: &mut Vec<u16>,
+        executor: &dyn Executor,
+    ) -> Result<Range<u64>, Error> {
+        let _ = (most, out, executor);
+        Ok(0..0)
+    }
 
     /// How many frames `keep_going` has left out so far.
     fn skipped(&self) -> usize;
@@ -94,6 +111,14 @@ impl<Q, S: FrameSource<Q> + ?Sized> FrameSource<Q> for Box<S> {
     }
     fn next_into(&mut self, frame: &mut Frame<Q>) -> Result<bool, Error> {
         (**self).next_into(frame)
+    }
+    fn next_counts(
+        &mut self,
+        most: usize,
+        out: &mut Vec<u16>,
+        executor: &dyn Executor,
+    ) -> Result<Range<u64>, Error> {
+        (**self).next_counts(most, out, executor)
     }
     fn skipped(&self) -> usize {
         (**self).skipped()

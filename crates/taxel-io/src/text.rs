@@ -4,9 +4,10 @@
 //! other. `.csv`: the same with one extra line (blank, a header or a time stamp) before each frame.
 
 use std::io::Read;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use taxel::{Counts, Frame};
+use taxel::{Counts, Executor, Frame};
 
 use crate::error::Error;
 use crate::grid::Grid;
@@ -66,6 +67,14 @@ impl<R: Read> FrameSource<Counts> for TextReader<R> {
     }
     fn next_into(&mut self, frame: &mut Frame<Counts>) -> Result<bool, Error> {
         self.grid.next_into(frame)
+    }
+    fn next_counts(
+        &mut self,
+        most: usize,
+        out: &mut Vec<u16>,
+        executor: &dyn Executor,
+    ) -> Result<Range<u64>, Error> {
+        self.grid.next_counts(most, out, executor)
     }
     fn skipped(&self) -> usize {
         self.grid.skips().count

@@ -266,6 +266,10 @@ impl Measured<'_> {
     /// What a first pass finds, if what is asked for can be done at all.
     fn survey(&self, settings: &Settings, reporter: &dyn Reporter) -> Result<Survey, Error> {
         self.request(settings, &|| false, false).check()?;
+        if self.sensor.exported().is_some() {
+            // Another program has looked after its lines, and nobody asks how many frames there are.
+            return Ok(Survey::declared(self.sensor));
+        }
         Survey::of(
             &self.input(settings),
             self.sensor,

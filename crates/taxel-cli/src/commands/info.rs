@@ -149,8 +149,8 @@ fn options(args: &Args, sensor: Option<&Sensor>) -> Result<(ReadOptions, bool), 
     Ok((options, known))
 }
 
-/// Two passes over a file, for faulty lines and then for single readings; one over a pipe. Without a sensor
-/// one more before them, for the converter's range.
+/// Two passes over a file, for faulty lines and then for single readings; one over a pipe, and over what another program has
+/// exported. Without a sensor one more before them, for the converter's range.
 fn counts(
     file: &Path,
     mut options: ReadOptions,
@@ -178,7 +178,8 @@ fn counts(
     }
     let mut source = open_counts(file, options)?;
     let once = source.bytes_total().is_none();
-    let known = report.rows_known;
+    // What another program has screened is not screened again.
+    let known = report.rows_known && !report.is_exported();
     pass(&mut source, options, "looking for line faults", |frame| {
         if let Some(sensor) = sensor {
             sensor.mark_absent(frame.marks_mut());

@@ -66,80 +66,58 @@ pub(super) fn power_of_ten(power: u8) -> f64 {
 
 /// Shows every cell of a line to `see`, with its number and its bytes, until that says false; how many it has been shown. A
 /// separator that closes the line closes the last cell. Decimals may stand behind a comma where no comma parts the cells.
-#[inline(always)]
 pub(super) fn each_cell(
-    line: &[u8],
-    separator: Separator,
-    see: impl FnMut(usize, Cell, (usize, usize)) -> bool,
-) -> usize {
-    // Most lines are of one of these; known, it costs nothing in each cell.
-    match separator {
-        Separator::One(b',') => each_cell_of(line, Separator::One(b','), see),
-        Separator::One(b'\t') => each_cell_of(line, Separator::One(b'\t'), see),
-        _ => each_cell_of(line, separator, see),
-    }
-}
-
-#[inline(always)]
-fn each_cell_of(
     line: &[u8],
     separator: Separator,
     mut see: impl FnMut(usize, Cell, (usize, usize)) -> bool,
 ) -> usize {
+    let (mut at, mut number) = (0, 0);
+    while let Some((cell, place, next)) = next_cell(line, at, separator) {
+        number += 1;
+        if !see(number - 1, cell, place) {
+            break;
+        }
+        at = next;
+    }
+    number
+}
+
+/// The cell that begins at byte `at`, its bytes, and where the next one begins; `None` at the end of the line.
+#[inline]
+pub(super) fn next_cell(
+    line: &[u8],
+    mut at: usize,
+    separator: Separator,
+) -> Option<(Cell, (usize, usize), usize)> {
     let is_end = |byte: u8| match separator {
         Separator::One(one) => byte == one,
         Separator::Blanks => byte == b' ' || byte == b'\t',
     };
     let has_comma = separator == Separator::One(b',');
     let is_space = |byte: u8| byte == b' ' || byte == b'\t' && separator != Separator::One(b'\t');
-    let (mut at, mut number) = (0, 0);
-    loop {
-        // A digit or a letter alone: most cells of most frames.
-        while let Separator::One(one) = separator
-            && let Some(&[cell, behind]) = line.get(at..).and_then(|rest| rest.first_chunk())
-            && behind == one
-        {
-            let content = match cell {
-                b'0'..=b'9' => Cell::Number(f64::from(cell - b'0'), 0),
-                b'A'..=b'Z' | b'a'..=b'z' => Cell::Word,
-                _ => break,
-            };
-            if !see(number, content, (at, at + 1)) {
-                return number + 1;
-            }
-            number += 1;
-            at += 2;
-        }
-        while at < line.len() && is_space(line[at]) {
-            at += 1;
-        }
-        if at == line.len() {
-            return number;
-        }
-        let from = at;
-        let (cell, to) = match digits(line, from, has_comma, is_end, is_space) {
-            Some((value, decimals, to)) => (Cell::Number(value, decimals), to),
-            // A letter alone: a cell that no taxel stands in.
-            None if line[from].is_ascii_alphabetic()
-                && line.get(from + 1).is_none_or(|&byte| is_end(byte)) =>
-            {
-                (Cell::Word, from + 1)
-            }
-            None => slow(line, from, separator),
-        };
-        if !see(number, cell, (from, to)) {
-            return number + 1;
-        }
-        number += 1;
-        at = to;
-        while at < line.len() && is_space(line[at]) && !is_end(line[at]) {
-            at += 1;
-        }
-        if at < line.len() {
-            // Its separator.
-            at += 1;
-        }
+    while at < line.len() && is_space(line[at]) {
+        at += 1;
     }
+    if at == line.len() {
+        return None;
+    }
+    let from = at;
+    let (cell, to) = match digits(line, from, has_comma, is_end, is_space) {
+        Some((value, decimals, to)) => (Cell::Number(value, decimals), to),
+        // A letter alone: a cell that no taxel stands in.
+        None if line[from].is_ascii_alphabetic()
+            && line.get(from + 1).is_none_or(|&byte| is_end(byte)) =>
+        {
+            (Cell::Word, from + 1)
+        }
+        None => slow(line, from, separator),
+    };
+    at = to;
+    while at < line.len() && is_space(line[at]) && !is_end(line[at]) {
+        at += 1;
+    }
+    // Its separator.
+    Some((cell, (from, to), (at + 1).min(line.len())))
 }
 
 /// A short run of digits with decimals or without: nearly all cells. With its end.

@@ -28,6 +28,7 @@ mod novel;
 mod packed;
 mod pad;
 mod pedar;
+mod plain;
 mod pliance;
 mod reader;
 mod row;

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::cells::{Cell, Separator, each_cell, number_and_rest};
 use super::novel::{MAX_HEADER, NovelHeader, names_sensors};
 use super::pad::Pad;
+use super::row::timed_row;
 use super::text_file::{TextFile, ends_in_point};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
@@ -137,6 +138,17 @@ struct Pedar {
 }
 
 impl Pedar {
+    /// Looks at how the line ends that was read last, which has all its numbers or not; true.
+    fn take_end(&mut self, is_long: bool) -> bool {
+        let line = self.text.line();
+        let ends_in_tab = matches!(line.last(), Some(b'\t' | b',' | b';'));
+        let is_short = !is_long || self.ends_in_tab && !ends_in_tab;
+        // Whole files may end without a line end, and their lines close with a tab.
+        self.is_torn = !self.text.is_closed() && (is_short || ends_in_point(line));
+        self.ends_in_tab = ends_in_tab;
+        true
+    }
+
     /// The next line of numbers; false at the end.
     fn read_row(&mut self) -> Result<bool, Error> {
         loop {
@@ -149,6 +161,14 @@ impl Pedar {
             }
         }
         let line = self.text.line();
+        let expected: usize = self.sizes.iter().sum();
+        self.decimals = 0;
+        self.row.resize(expected, 0.0);
+        let (row, decimals) = (&mut self.row, &mut self.decimals);
+        if let Some(secs) = timed_row(&self.text, Separator::of(line), row, decimals) {
+            self.secs = secs;
+            return Ok(self.take_end(true));
+        }
         self.row.clear();
         self.decimals = 0;
         let mut fault = None;
@@ -169,12 +189,8 @@ impl Pedar {
             }
             fault.is_none()
         });
-        let expected: usize = self.sizes.iter().sum();
-        let ends_in_tab = matches!(line.last(), Some(b'\t' | b',' | b';'));
-        let is_short = self.row.len() < expected || self.ends_in_tab && !ends_in_tab;
-        // Whole files may end without a line end, and their lines close with a tab.
-        self.is_torn = !self.text.is_closed() && (is_short || ends_in_point(line));
-        self.ends_in_tab = ends_in_tab;
+        self.take_end(self.row.len() >= expected);
+        let line = self.text.line();
         if let Some((place, (from, to))) = fault {
             self.text.check_point(FORMAT, (from, to))?;
             let found = format!(

@@ -6,6 +6,7 @@ use std::path::Path;
 use super::cells::{Cell, Separator, each_cell, number_of};
 use super::novel::{MAX_HEADER, NovelHeader, SENSORS, as_usual, names_sensors};
 use super::pad::Pad;
+use super::row::timed_row;
 use super::text_file::{TextFile, text_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
@@ -62,6 +63,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let reader = Pliance {
         text,
         taxels: about.pads[0].rows * about.pads[0].columns,
+        row: Vec::new(),
         places,
         has_places: ![
             &behind.centres_cm[0],
@@ -240,6 +242,8 @@ fn distinct(values: &[f64]) -> Vec<f64> {
 struct Pliance {
     text: TextFile,
     taxels: usize,
+    /// The numbers of a line.
+    row: Vec<f64>,
     /// Where each sensor of a line stands in a frame.
     places: Vec<usize>,
     forces: BTreeMap<i64, f64>,
@@ -247,6 +251,15 @@ struct Pliance {
     has_ended: bool,
     /// Whether all that stands behind the frames is there, of which places and areas are the last.
     has_places: bool,
+}
+
+impl Pliance {
+    /// When a frame was read, and the force that the file says of that time.
+    fn take_secs(&self, frame: &mut ParsedFrame, secs: Option<f64>) {
+        frame.secs = secs;
+        let at = secs.map(microsecond);
+        frame.reference_newtons = at.and_then(|at| self.forces.get(&at).copied());
+    }
 }
 
 impl Parser for Pliance {
@@ -264,6 +277,16 @@ impl Parser for Pliance {
         }
         frame.begin(0, self.taxels);
         let line = self.text.line();
+        self.row.resize(self.places.len(), 0.0);
+        let (row, decimals) = (&mut self.row, &mut frame.decimals);
+        if let Some(secs) = timed_row(&self.text, Separator::Blanks, row, decimals) {
+            for (&place, &value) in self.places.iter().zip(&self.row) {
+                frame.values[place] = value;
+            }
+            self.take_secs(frame, Some(secs));
+            return Ok(true);
+        }
+        frame.decimals = 0;
         let mut fault = None;
         let mut found = 0;
         each_cell(line, Separator::Blanks, |at, cell, place| {
@@ -301,8 +324,7 @@ impl Parser for Pliance {
                 .text
                 .wrong_at(0, FORMAT, format!("{found} values"), expected, hint));
         }
-        let at = frame.secs.map(microsecond);
-        frame.reference_newtons = at.and_then(|at| self.forces.get(&at).copied());
+        self.take_secs(frame, frame.secs);
         Ok(true)
     }
 

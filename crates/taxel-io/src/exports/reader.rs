@@ -6,7 +6,7 @@ use taxel::{Counts, Frame, Mark};
 
 use super::cells::power_of_ten;
 use super::pad::{Pad, Quantity, RawScale};
-use super::survey::{self, Survey};
+use super::survey::{self, Survey, rounded};
 use super::{ExportAbout, ParsedFrame, Parser, choose, file_and_pad, format_of};
 use crate::error::{Error, ExportError, other_shape};
 use crate::integrity::Integrity;
@@ -31,6 +31,7 @@ pub struct ExportReader {
     options: ReadOptions,
     parsed: ParsedFrame,
     counts: Vec<f64>,
+    marks: Vec<Mark>,
     frame: u64,
     given: u64,
     first_number: Option<u64>,
@@ -88,6 +89,7 @@ impl ExportReader {
             options,
             parsed: ParsedFrame::default(),
             counts: vec![0.0; pad.rows * pad.columns],
+            marks: vec![Mark::Good; pad.rows * pad.columns],
             frame: 0,
             given: 0,
             first_number: None,
@@ -139,42 +141,64 @@ impl ExportReader {
 
     /// Counts of the frame that was read.
     fn count(&mut self) -> Result<(), Error> {
+        let raw = match self.counting {
+            Counting::Steps(unit) => {
+                let values = self.parsed.values.iter();
+                let counts = self.counts.iter_mut().zip(values);
+                counts.for_each(|(count, value)| *count = whole_where_near(value / unit));
+                return Ok(());
+            }
+            Counting::Raw(raw) => raw,
+        };
         let step = 1.0 / power_of_ten(self.parsed.decimals);
         for (count, &value) in self.counts.iter_mut().zip(&self.parsed.values) {
-            *count = match self.counting {
-                Counting::Steps(unit) => whole_where_near(value / unit),
-                Counting::Raw(raw) => survey::raw_count(raw, value, step).map_err(|counts| {
-                    Error::Export(Box::new(ExportError::NotWhole {
-                        at: self.parser.text().place(0),
-                        value,
-                        unit: self.about.pads[self.pad].unit.clone(),
-                        counts,
-                    }))
-                })?,
-            };
+            *count = survey::raw_count(raw, value, step).map_err(|counts| {
+                Error::Export(Box::new(ExportError::NotWhole {
+                    at: self.parser.text().place(0),
+                    value,
+                    unit: self.about.pads[self.pad].unit.clone(),
+                    counts,
+                }))
+            })?;
         }
         Ok(())
     }
 
-    fn fill(&mut self, frame: &mut Frame<Counts>) {
+    /// What the file says of each reading.
+    fn mark(&mut self) {
         let pad = &self.about.pads[self.pad];
-        let transposed = self.options.transpose;
-        fit_shape(frame, self.options.rows, self.options.columns);
         let saturation = pad.saturation.unwrap_or(f64::INFINITY);
-        for (at, &count) in self.counts.iter().enumerate() {
-            let to = if transposed {
-                (at % pad.columns) * pad.rows + at / pad.columns
-            } else {
-                at
-            };
-            frame.values_mut()[to] = count;
-            frame.marks_mut()[to] = if pad.absent.get(at) == Some(&true) {
-                Mark::Absent
-            } else if self.parsed.values[at] >= saturation {
+        for (mark, &value) in self.marks.iter_mut().zip(&self.parsed.values) {
+            *mark = if value >= saturation {
                 Mark::Saturated
             } else {
                 Mark::Good
             };
+        }
+        for (mark, &is_absent) in self.marks.iter_mut().zip(&pad.absent) {
+            if is_absent {
+                *mark = Mark::Absent;
+            }
+        }
+    }
+
+    fn fill_transposed(&self, frame: &mut Frame<Counts>) {
+        let pad = &self.about.pads[self.pad];
+        for (at, (&count, &mark)) in self.counts.iter().zip(&self.marks).enumerate() {
+            let to = (at % pad.columns) * pad.rows + at / pad.columns;
+            frame.values_mut()[to] = count;
+            frame.marks_mut()[to] = mark;
+        }
+    }
+
+    fn fill(&mut self, frame: &mut Frame<Counts>) {
+        self.mark();
+        fit_shape(frame, self.options.rows, self.options.columns);
+        if self.options.transpose {
+            self.fill_transposed(frame);
+        } else {
+            frame.values_mut().copy_from_slice(&self.counts);
+            frame.marks_mut().copy_from_slice(&self.marks);
         }
         frame.sequence = self.frame;
         let number = self.parsed.number.zip(self.first_number);
@@ -234,7 +258,7 @@ impl ExportReader {
 
 /// A number that is whole but for how it was divided.
 fn whole_where_near(count: f64) -> f64 {
-    let whole = count.round();
+    let whole = rounded(count);
     if (count - whole).abs() <= 1e-9 * (1.0 + whole.abs()) {
         whole
     } else {

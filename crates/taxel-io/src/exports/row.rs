@@ -1,6 +1,6 @@
 //! A row of a frame: so many numbers on a line.
 
-use super::cells::{Cell, Separator, each_cell};
+use super::cells::{Cell, Separator, next_cell};
 use super::text_file::TextFile;
 use crate::error::Error;
 
@@ -44,35 +44,48 @@ impl Rows {
         is_word: impl Fn(usize, &[u8]) -> bool,
     ) -> Result<(), Error> {
         let line = text.line();
+        let plain = text.plain(self.separator);
         let mut fault = None;
-        let mut found = 0;
-        each_cell(line, self.separator, |cell, content, (from, to)| {
-            let Some(place) = cell.checked_sub(self.skipped) else {
-                return true;
+        let (mut cell, mut found, mut at) = (0, 0, 0);
+        loop {
+            if let Some(place) = usize::checked_sub(cell, self.skipped)
+                && let Some(out) = out.get_mut(place..)
+            {
+                let is_word = |own: usize, word: &[u8]| is_word(place + own, word);
+                let (read, next) = plain.read(at, out, decimals, is_word);
+                (cell, found, at) = (cell + read, found + read, next);
+            }
+            let Some((content, (from, to), next)) = next_cell(line, at, self.separator) else {
+                break;
+            };
+            (cell, at) = (cell + 1, next);
+            let Some(place) = usize::checked_sub(cell, self.skipped + 1) else {
+                continue;
             };
             let Some(number) = out.get_mut(place) else {
                 // What pads a line is no number.
                 found += usize::from(content != Cell::Empty);
-                return true;
+                continue;
             };
             found += 1;
             match content {
-                Cell::Number(value, own) if value >= 0.0 => {
+                Cell::Number(value, own)
+                    if value >= 0.0 && (own == 0 || text.has_one_point(&line[from..to])) =>
+                {
                     *number = value;
                     *decimals = (*decimals).max(own);
-                    if own > 0 && !text.has_one_point(&line[from..to]) {
-                        fault = Some((place, from, to));
-                        return false;
-                    }
+                }
+                Cell::Number(value, _) if value >= 0.0 => {
+                    fault = Some((place, from, to));
+                    break;
                 }
                 _ if is_word(place, &line[from..to]) => *number = 0.0,
                 _ => {
                     fault = Some((place, from, to));
-                    return false;
+                    break;
                 }
             }
-            true
-        });
+        }
         if let Some((place, from, to)) = fault {
             return Err(self.broken(text, (place, out.len()), (from, to)));
         }
@@ -113,4 +126,27 @@ impl Rows {
             "a reading that is missing or broken; --keep-going leaves its frame out",
         )
     }
+}
+
+/// The time that the line read last begins with, and its numbers into `out`, and their most decimals, where these are plain and
+/// nothing else stands in it. `None` of every other line; `out` may have lost what it held then.
+pub(super) fn timed_row(
+    text: &TextFile,
+    separator: Separator,
+    out: &mut [f64],
+    decimals: &mut u8,
+) -> Option<f64> {
+    let line = text.line();
+    let (Cell::Number(secs, own), (from, to), next) = next_cell(line, 0, separator)? else {
+        return None;
+    };
+    if own > 0 && !text.has_one_point(&line[from..to]) {
+        return None;
+    }
+    // What stands before decimals is known by now.
+    let (read, at) = text
+        .plain(separator)
+        .read(next, out, decimals, |_, _| false);
+    let is_all = read == out.len() && next_cell(line, at, separator).is_none();
+    is_all.then_some(secs)
 }

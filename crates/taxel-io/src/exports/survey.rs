@@ -93,7 +93,7 @@ impl Survey {
         if is_heavier {
             self.heaviest = Some((position, sum));
         }
-        self.largest = frame.values.iter().copied().fold(self.largest, f64::max);
+        self.largest = self.largest.max(largest(&frame.values));
         if *decimals < frame.decimals {
             *decimals = needed_decimals(&frame.values, *decimals);
         }
@@ -126,6 +126,19 @@ impl Survey {
     }
 }
 
+/// The largest of values that are not negative; several are looked at at once.
+fn largest(values: &[f64]) -> f64 {
+    let (eights, rest) = values.as_chunks::<8>();
+    let larger = |a: f64, b: f64| if b > a { b } else { a };
+    let mut most = [0.0; 8];
+    for eight in eights {
+        for (most, value) in most.iter_mut().zip(eight) {
+            *most = larger(*most, *value);
+        }
+    }
+    most.iter().chain(rest).copied().fold(0.0, larger)
+}
+
 /// The fewest bits of a converter that has a count.
 fn bits_of(count: f64) -> u32 {
     let fits = |bits: &&u32| count <= (2f64).powi(**bits as i32) - 1.0;
@@ -156,17 +169,28 @@ pub(super) fn raw_count(raw: RawScale, value: f64, step: f64) -> Result<f64, f64
         return Ok(0.0);
     }
     // Most calibrations are of one point: a power of one would take most of the time of a reading.
-    let is_straight = raw.exponent == 1.0;
-    let to_the = |base: f64, exponent: f64| {
-        if is_straight {
-            base
-        } else {
-            base.powf(exponent)
-        }
-    };
-    let written = |count: f64| raw.factor * to_the(count, raw.exponent);
-    let count = to_the(value / raw.factor, 1.0 / raw.exponent);
-    let whole = count.round();
+    if raw.exponent == 1.0 {
+        whole_count(raw, value, step, value / raw.factor, |count| {
+            raw.factor * count
+        })
+    } else {
+        let count = (value / raw.factor).powf(1.0 / raw.exponent);
+        whole_count(raw, value, step, count, |count| {
+            raw.factor * count.powf(raw.exponent)
+        })
+    }
+}
+
+/// The whole number that a count is near to, if the value that is `written` of it, and of it alone, is this one.
+#[inline(always)]
+fn whole_count(
+    raw: RawScale,
+    value: f64,
+    step: f64,
+    count: f64,
+    written: impl Fn(f64) -> f64,
+) -> Result<f64, f64> {
+    let whole = rounded(count);
     let allowed = 0.501 * step + HEADER_SHARE * value;
     let is_it = (written(whole) - value).abs() <= allowed;
     let is_only_one = written(whole + 1.0) - written(whole) > step;
@@ -178,9 +202,53 @@ pub(super) fn raw_count(raw: RawScale, value: f64, step: f64) -> Result<f64, f64
     }
 }
 
+/// The nearest whole number of one that is not negative, of two the larger; `round` is a call, which takes several times as
+/// long.
+#[inline(always)]
+pub(super) fn rounded(number: f64) -> f64 {
+    // A sum with it has no fraction. What is beyond it is of no converter.
+    const ROUNDS: f64 = (1u64 << 52) as f64;
+    if number >= ROUNDS {
+        return number;
+    }
+    let even = (number + ROUNDS) - ROUNDS;
+    if number - even == 0.5 {
+        even + 1.0
+    } else {
+        even
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn numbers_are_rounded_as_the_standard_library_does() {
+        let edges = [
+            0.0,
+            0.49999999999999994,
+            0.5,
+            1.5,
+            2.5,
+            3.5000000000000004,
+            254.5,
+            1e9 + 0.5,
+            4503599627370495.5,
+            1e300,
+        ];
+        for number in edges
+            .into_iter()
+            .chain((0..100_000).map(|n| f64::from(n) / 7.0))
+        {
+            assert_eq!(rounded(number), number.round(), "{number}");
+        }
+        assert!(largest(&[1.0; 9]) == 1.0 && largest(&[]) == 0.0);
+        assert_eq!(
+            largest(&[0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 9.0]),
+            9.0
+        );
+    }
 
     /// Scale, exponent and digits of calibrations that were met, and others: each raw count is found from what is written of it.
     #[test]

@@ -2,9 +2,12 @@
 
 use std::cell::Cell;
 use std::io::{self, Cursor, Read};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::LOOKED_AT;
+use super::cells::Separator;
+use super::plain::{self, PlainLine};
 use crate::error::{Error, ExportError, Place};
 use crate::lines::{Line, Lines};
 use crate::source::{Input, open_input};
@@ -141,6 +144,16 @@ impl TextFile {
     /// The line read last.
     pub(super) fn line(&self) -> &[u8] {
         self.lines.text(self.line)
+    }
+
+    /// The same, whose cells are parted so, to have its plain ones read.
+    pub(super) fn plain(&self, separator: Separator) -> PlainLine<'_> {
+        PlainLine {
+            text: self.lines.text_on(self.line),
+            length: self.line().len(),
+            separator,
+            point: plain::point_of(self.comma.get(), separator),
+        }
     }
 
     /// The same as text.
@@ -327,12 +340,45 @@ impl Cells {
         }
     }
 
+    /// Rewrites bytes without a quote, outside of quotes, to where they are kept.
+    fn rewrite_plain(&mut self, bytes: &mut [u8], plain: Range<usize>, kept: usize) {
+        let Some(&last) = bytes[plain.clone()].last() else {
+            return;
+        };
+        self.state = if last == b'\n' || last == self.part {
+            CellState::Begins
+        } else {
+            CellState::Plain
+        };
+        let length = plain.len();
+        if kept < plain.start {
+            bytes.copy_within(plain, kept);
+        }
+        if self.part != b'\t' {
+            let parts = bytes[kept..kept + length].iter_mut();
+            parts.for_each(|byte| {
+                if *byte == self.part {
+                    *byte = b'\t';
+                }
+            });
+        }
+    }
+
     /// Rewrites bytes where they stand; how many are left.
     fn rewrite(&mut self, bytes: &mut [u8]) -> usize {
         use CellState::{Begins, Closes, Plain, Quoted};
-        let mut kept = 0;
-        for at in 0..bytes.len() {
+        let (mut kept, mut at) = (0, 0);
+        while at < bytes.len() {
+            if matches!(self.state, Begins | Plain) {
+                let plain = memchr::memchr(b'"', &bytes[at..]).unwrap_or(bytes.len() - at);
+                self.rewrite_plain(bytes, at..at + plain, kept);
+                (at, kept) = (at + plain, kept + plain);
+                if at == bytes.len() {
+                    break;
+                }
+            }
             let byte = bytes[at];
+            at += 1;
             let (state, out) = match (self.state, byte) {
                 // No cell goes on behind its line.
                 (_, b'\n') => (Begins, Some(byte)),
@@ -377,6 +423,50 @@ impl<R: Read> Read for Plain<R> {
             if kept > 0 || read == 0 {
                 return Ok(kept);
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// One byte after the other.
+    fn rewritten(bytes: &[u8], part: u8) -> Vec<u8> {
+        use CellState::{Begins, Closes, Plain, Quoted};
+        let mut state = Begins;
+        let mut out = Vec::new();
+        for &byte in bytes {
+            let kept;
+            (state, kept) = match (state, byte) {
+                (_, b'\n') => (Begins, Some(byte)),
+                (Begins, b'"') => (Quoted, None),
+                (Quoted, b'"') => (Closes, None),
+                (Closes, b'"') | (Quoted, _) => (Quoted, Some(byte)),
+                (_, byte) if byte == part => (Begins, Some(b'\t')),
+                (Closes, _) => (Closes, Some(byte)),
+                (_, _) => (Plain, Some(byte)),
+            };
+            out.extend(kept);
+        }
+        out
+    }
+
+    proptest! {
+        #[test]
+        fn cells_are_rewritten_as_byte_by_byte(
+            pieces in prop::collection::vec("[0-9\",;\t\n]{0,12}", 0..8),
+            part in prop::sample::select(b",;\t".to_vec()),
+        ) {
+            let mut cells = Cells::new(part);
+            let mut found = Vec::new();
+            for piece in &pieces {
+                let mut bytes = piece.as_bytes().to_vec();
+                let kept = cells.rewrite(&mut bytes);
+                found.extend_from_slice(&bytes[..kept]);
+            }
+            prop_assert_eq!(found, rewritten(pieces.concat().as_bytes(), part));
         }
     }
 }

@@ -100,6 +100,13 @@ fn first_cell(line: &[u8]) -> &[u8] {
     &line[..end.unwrap_or(line.len())]
 }
 
+/// Whether a line begins with a number: it has no key then.
+fn begins_with_digit(line: &[u8]) -> bool {
+    let mut bytes = line.iter();
+    let first = bytes.find(|byte| !matches!(byte, b' ' | b'"'));
+    first.is_some_and(u8::is_ascii_digit)
+}
+
 /// Whether a line parts others and says nothing.
 fn is_blank(line: &[u8]) -> bool {
     line.iter()
@@ -304,9 +311,12 @@ impl XSensor {
     fn block(&mut self) -> Result<Option<Block>, Error> {
         let mut block: Option<Block> = None;
         while self.text.advance()? {
+            if is_blank(self.text.line()) {
+                continue;
+            }
             let words = self.text.words();
             let Some(key) = self.key_of(&words) else {
-                if self.is_behind_rows && !is_blank(self.text.line()) {
+                if self.is_behind_rows {
                     self.is_behind_rows = false;
                     let hint = "a sensor's block has more rows than its Rows says";
                     return Err(self.text.wrong(FORMAT, "a line with a key", hint));
@@ -456,7 +466,8 @@ impl Parser for XSensor {
             if is_blank(self.text.line()) {
                 continue;
             }
-            let is_key = !is_absent(first_cell(self.text.line()));
+            let line = self.text.line();
+            let is_key = !begins_with_digit(line) && !is_absent(first_cell(line));
             if is_key && key_of_words(&self.text.words()).is_some() {
                 self.text.unread();
                 return Err(self.cut(row, rows));

@@ -172,6 +172,10 @@ impl LoadLaw {
             #[inline(always)]
             || {
                 for (k, (grams, siemens)) in chunks.iter_mut().zip(of_chunks).enumerate() {
+                    if siemens.iter().all(|siemens| *siemens == self.g_zero) {
+                        *grams = [0.0; LANES];
+                        continue;
+                    }
                     let taxel = |lane: usize| k * LANES + lane;
                     let scales = std::array::from_fn(|lane| ln_scale(taxel(lane)));
                     let exponents = std::array::from_fn(|lane| exponent(taxel(lane)));

@@ -41,8 +41,8 @@ impl ScreenReport {
     pub fn add(&mut self, frame: &Frame<Counts>) {
         self.frames += 1;
         self.readings += frame.taxels() as u64;
-        for &mark in frame.marks() {
-            self.by_mark[mark.code() as usize] += 1;
+        for mark in Mark::ALL {
+            self.by_mark[mark.code() as usize] += frame.count(mark) as u64;
         }
         if let Some((mask, count)) = &mut self.mask {
             *count = count.plus(mask.count(frame));

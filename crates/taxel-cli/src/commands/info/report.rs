@@ -145,11 +145,12 @@ impl Report {
             .collect();
     }
 
+    /// Whether another program has exported the file: it has screened the readings, and what it left out is no baseline.
+    pub(super) fn is_exported(&self) -> bool {
+        self.exported.is_some()
+    }
+
     pub(super) fn screen(&mut self, screened: &ScreenReport) {
-        if self.exported.is_some() {
-            // Another program has screened them, and what it left out is no baseline.
-            return;
-        }
         self.baseline_counts = screened.lines.level.map(|level| level.baseline_counts);
         self.noise_counts = screened.lines.level.map(|level| level.noise_counts);
         self.outlier_share = Some(screened.outlier_share());

@@ -1,0 +1,254 @@
+//! Cells of nothing but a few digits, with decimals or without: nearly all cells of all files. They are read eight bytes at a
+//! time; whatever else stands in a line is left to [`super::cells`].
+
+use super::cells::{Separator, power_of_ten};
+use crate::words::{HIGH, no_digits, number, others};
+
+/// A line of cells, and what stands behind it in memory.
+#[derive(Clone, Copy)]
+pub(super) struct PlainLine<'a> {
+    /// The line, and more.
+    pub(super) text: &'a [u8],
+    /// How much of it is the line.
+    pub(super) length: usize,
+    /// What parts its cells.
+    pub(super) separator: Separator,
+    /// What stands before decimals, where that is known.
+    pub(super) point: Option<u8>,
+}
+
+/// A cell of zero, with what parts it from the next: the bytes that a run of zeros is made of.
+#[derive(Clone, Copy)]
+struct Zero {
+    bytes: u64,
+    mask: u64,
+    length: usize,
+}
+
+/// A number, its decimals and the byte behind it.
+struct Plain {
+    value: f64,
+    decimals: u8,
+    end: usize,
+}
+
+impl PlainLine<'_> {
+    /// Reads numbers from byte `at` on, where a cell begins, as long as they are plain and there are places for them, and their
+    /// most decimals; a letter alone counts as 0 where `is_word` says so of its place. How many, and where the next cell begins.
+    #[inline(always)]
+    pub(super) fn read(
+        &self,
+        mut at: usize,
+        out: &mut [f64],
+        decimals: &mut u8,
+        is_word: impl Fn(usize, &[u8]) -> bool,
+    ) -> (usize, usize) {
+        // As long as no zero was met, none is like it.
+        let mut zero = Zero {
+            bytes: 1,
+            mask: 0,
+            length: 0,
+        };
+        for (place, out) in out.iter_mut().enumerate() {
+            let Some(word) = self.word(at) else {
+                return (place, at);
+            };
+            if word & zero.mask == zero.bytes && at + zero.length <= self.length {
+                *out = 0.0;
+                at += zero.length;
+                continue;
+            }
+            let [first, behind, ..] = word.to_le_bytes();
+            if first.is_ascii_alphabetic()
+                && self.is_end(at + 1, behind)
+                && is_word(place, &[first])
+            {
+                *out = 0.0;
+                at = (at + 2).min(self.length);
+                continue;
+            }
+            let Some(plain) = self.number(at, word) else {
+                return (place, at);
+            };
+            *out = plain.value;
+            *decimals = (*decimals).max(plain.decimals);
+            let next = plain.end + 1;
+            if plain.value == 0.0 && next <= self.length && next - at <= 8 {
+                let mask = u64::MAX >> (64 - 8 * (next - at));
+                zero = Zero {
+                    bytes: word & mask,
+                    mask,
+                    length: next - at,
+                };
+            }
+            at = next.min(self.length);
+        }
+        (out.len(), at)
+    }
+
+    /// Eight bytes from `at` on.
+    #[inline(always)]
+    fn word(&self, at: usize) -> Option<u64> {
+        let bytes = self.text.get(at..)?.first_chunk()?;
+        Some(u64::from_le_bytes(*bytes))
+    }
+
+    /// Whether a cell ends before byte `at`, which is this.
+    #[inline(always)]
+    fn is_end(&self, at: usize, byte: u8) -> bool {
+        at == self.length
+            || at < self.length
+                && match self.separator {
+                    Separator::One(one) => byte == one,
+                    Separator::Blanks => byte == b' ' || byte == b'\t',
+                }
+    }
+
+    /// The number of a cell that begins at `at`, with these bytes: up to seven digits and a point, blanks before them or not.
+    #[inline(always)]
+    fn number(&self, mut at: usize, mut word: u64) -> Option<Plain> {
+        if word as u8 == b' ' {
+            at += others(word, b' ').trailing_zeros() as usize / 8;
+            word = self.word(at)?;
+        }
+        let points = self.point.map_or(0, |point| HIGH & !others(word, point));
+        let ends = no_digits(word) & !points;
+        // Bits before the byte that ends it; none, or all, is no plain number.
+        let bits = ends.trailing_zeros() & !7;
+        if bits == 0 || bits >= 64 {
+            return None;
+        }
+        let end = at + bits as usize / 8;
+        if !self.is_end(end, (word >> bits) as u8) {
+            return None;
+        }
+        let points = points & ((1 << bits) - 1);
+        if points == 0 {
+            let value = f64::from(number(word << (64 - bits)));
+            return Some(Plain {
+                value,
+                decimals: 0,
+                end,
+            });
+        }
+        let before = points.trailing_zeros() & !7;
+        if before == 0 || points & (points - 1) != 0 {
+            return None;
+        }
+        // The digits without the point.
+        let low = (1 << before) - 1;
+        let digits = word & low | word >> 8 & !low;
+        let decimals = ((bits - before) / 8 - 1) as u8;
+        let value = f64::from(number(digits << (72 - bits)));
+        Some(Plain {
+            value: if decimals == 0 {
+                value
+            } else {
+                value / power_of_ten(decimals)
+            },
+            decimals,
+            end,
+        })
+    }
+}
+
+/// What a line must have for its cells to be plain: a point that is no separator.
+pub(super) fn point_of(comma: Option<bool>, separator: Separator) -> Option<u8> {
+    let point = if comma? { b',' } else { b'.' };
+    (separator != Separator::One(point)).then_some(point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::cells::{Cell, each_cell, next_cell};
+    use super::*;
+    use proptest::prelude::*;
+
+    fn cells(line: &[u8], separator: Separator) -> Vec<(Cell, (usize, usize))> {
+        let mut all = Vec::new();
+        each_cell(line, separator, |_, cell, place| {
+            all.push((cell, place));
+            true
+        });
+        all
+    }
+
+    /// The cells that are read are those of the careful reader, and it finds the others behind them. How many are read.
+    fn check(
+        line: &[u8],
+        separator: Separator,
+        comma: bool,
+        behind: &[u8],
+    ) -> Result<usize, TestCaseError> {
+        let text = [line, behind].concat();
+        let plain = PlainLine {
+            text: &text,
+            length: line.len(),
+            separator,
+            point: point_of(Some(comma), separator),
+        };
+        let all = cells(line, separator);
+        let (mut out, mut decimals) = (vec![-1.0; all.len() + 2], 0);
+        let is_word = |place: usize, word: &[u8]| word == b"B" && place % 3 != 0;
+        let (read, at) = plain.read(0, &mut out, &mut decimals, is_word);
+        prop_assert!(read <= all.len());
+        let mut most = 0;
+        for (place, ((cell, (from, to)), value)) in all.iter().zip(&out[..read]).enumerate() {
+            match cell {
+                Cell::Number(number, own) => {
+                    prop_assert_eq!(number.to_bits(), value.to_bits());
+                    prop_assert!(*own == 0 || line[*from..*to].contains(&b',') == comma);
+                    most = most.max(*own);
+                }
+                _ => prop_assert!(is_word(place, &line[*from..*to]) && *value == 0.0),
+            }
+        }
+        prop_assert_eq!(most, decimals);
+        let (mut at, mut rest) = (at, Vec::new());
+        while let Some((cell, place, next)) = next_cell(line, at, separator) {
+            rest.push((cell, place));
+            at = next;
+        }
+        prop_assert_eq!(&rest[..], &all[read..]);
+        Ok(read)
+    }
+
+    const SEPARATORS: [Separator; 4] = [
+        Separator::One(b','),
+        Separator::One(b'\t'),
+        Separator::One(b';'),
+        Separator::Blanks,
+    ];
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(4000))]
+
+        #[test]
+        fn plain_cells_are_those_of_the_careful_reader(
+            line in "(( {0,3}(0|0|0.0|0.00|[0-9]{1,4}|[0-9]{1,3}[.,][0-9]{0,3}|B)[,\t; ])|([-+.,;\t 0-9BnaeE\"]{0,3})){0,40}",
+            (separator, comma) in (0usize..4, any::<bool>()),
+            behind in "[0-9.,\t\r\n ]{0,20}",
+        ) {
+            check(line.as_bytes(), SEPARATORS[separator], comma, behind.as_bytes())?;
+        }
+
+        #[test]
+        fn all_of_a_plain_line_is_read(
+            numbers in prop::collection::vec((0u32..9999, 0usize..3), 1..60),
+            (separator, comma) in (0usize..4, any::<bool>()),
+        ) {
+            let part = [",", "\t", ";", "   "][separator];
+            let words: Vec<String> = numbers
+                .iter()
+                .map(|&(number, decimals)| format!("{:.decimals$}", f64::from(number % 997) / 10.0))
+                .collect();
+            let mut line = words.join(part);
+            let comma = comma && separator != 0;
+            if comma {
+                line = line.replace('.', ",");
+            }
+            let read = check(line.as_bytes(), SEPARATORS[separator], comma, b"\nFrame 2\n")?;
+            prop_assert_eq!(read, numbers.len());
+        }
+    }
+}

@@ -1,0 +1,299 @@
+//! Many frames of plain lines at once, by several threads. Where a line is of another kind, its frame and what follows are left
+//! as they were, for the careful reader.
+
+use std::io::Read;
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+use taxel::Executor;
+
+use super::{Extra, Grid};
+use crate::error::Error;
+use crate::number::Rule;
+use crate::plain::read_line;
+
+/// Bytes that are held at once, and those that one thread reads in one go.
+const HELD: usize = if cfg!(test) { 1 << 10 } else { 1 << 20 };
+const PIECE: usize = HELD / 8;
+/// Numbers of a frame of which several fit into what is held.
+const MOST_NUMBERS: usize = 1 << 16;
+/// After a frame that was not plain so many are read carefully before it is tried again, at most.
+const MOST_CAREFUL: u32 = 64;
+
+/// What is kept from one block to the next.
+#[derive(Default)]
+pub(super) struct Plain {
+    pieces: Vec<Mutex<Piece>>,
+    /// Frames to be read carefully from now on, and how many it will be after the next one that is not plain.
+    careful: u32,
+    next_careful: u32,
+}
+
+/// Some of the lines that are held.
+#[derive(Default)]
+struct Piece {
+    /// Where they stand.
+    bytes: Range<usize>,
+    numbers: Vec<u16>,
+    lines: usize,
+    /// Bytes of the lines that were read: all of them, or those before one that is not plain.
+    read: usize,
+}
+
+impl Piece {
+    fn read(&mut self, text: &[u8], columns: usize, most: u16) {
+        (self.lines, self.read) = (0, 0);
+        let mut used = 0;
+        while self.read < self.bytes.len() {
+            let from = self.bytes.start + self.read;
+            let Some(length) = memchr::memchr(b'\n', &text[from..self.bytes.end]) else {
+                break;
+            };
+            let returns = text[from..from + length].iter().rev();
+            let returns = returns.take_while(|byte| **byte == b'\r').count();
+            if self.numbers.len() < used + columns {
+                // Grown by more than one line, and never cleared: what is there is written over.
+                self.numbers.resize(2 * used + columns, 0);
+            }
+            let out = &mut self.numbers[used..used + columns];
+            if !read_line(text, from..from + length - returns, out, most) {
+                break;
+            }
+            used += columns;
+            self.lines += 1;
+            self.read += length + 1;
+        }
+    }
+}
+
+impl<R: Read> Grid<R> {
+    /// Reads plain frames, at most so many, behind `out`: their positions.
+    pub(crate) fn next_counts(
+        &mut self,
+        most: usize,
+        out: &mut Vec<u16>,
+        executor: &dyn Executor,
+    ) -> Result<Range<u64>, Error> {
+        let first = self.frame;
+        if self.plain.careful > 0 {
+            self.plain.careful -= 1;
+            return Ok(first..first);
+        }
+        // The first frame tells whether a line stands before each; where none does, all lines are alike.
+        let is_bare = self.frame > 0 && matches!(self.extra, Extra::Bare | Extra::Never);
+        let numbers = self.frame_lines * self.line_numbers;
+        if !is_bare || self.done || self.options.transpose || numbers > MOST_NUMBERS {
+            return Ok(first..first);
+        }
+        while let wanted = most - (self.frame - first) as usize
+            && wanted > 0
+            && self.block(wanted, out, executor)?
+        {}
+        Ok(first..self.frame)
+    }
+
+    /// Reads the plain frames that fit into what is held at once; whether there may be more.
+    fn block(
+        &mut self,
+        wanted: usize,
+        out: &mut Vec<u16>,
+        executor: &dyn Executor,
+    ) -> Result<bool, Error> {
+        let Rule::Counts { maximum } = self.rule else {
+            return Ok(false);
+        };
+        let most = maximum.min(f64::from(u16::MAX)) as u16;
+        let columns = self.line_numbers;
+        let bytes = self.lines.bytes();
+        let held = self.lines.hold(HELD).map_err(|source| {
+            self.done = true;
+            Error::Read {
+                file: self.file.clone(),
+                bytes,
+                source,
+            }
+        })?;
+        let Some((text, held)) = held else {
+            return Ok(false);
+        };
+        let pieces = cut(&text[..held.end], held.clone(), &mut self.plain.pieces);
+        executor.each(pieces.len(), &|piece| {
+            let mut piece = pieces[piece].lock().unwrap_or_else(PoisonError::into_inner);
+            piece.read(text, columns, most);
+        });
+        let begun = out.len();
+        let (mut lines, mut end, mut is_plain) = (0, held.start, true);
+        for piece in pieces {
+            let piece = piece.get_mut().unwrap_or_else(PoisonError::into_inner);
+            out.extend_from_slice(&piece.numbers[..piece.lines * columns]);
+            lines += piece.lines;
+            end = piece.bytes.start + piece.read;
+            is_plain = piece.read == piece.bytes.len();
+            if !is_plain {
+                break;
+            }
+        }
+        let frames = (lines / self.frame_lines).min(wanted);
+        let own = frames * self.frame_lines;
+        out.truncate(begun + own * columns);
+        for _ in own..lines {
+            end = held.start
+                + memchr::memrchr(b'\n', &text[held.start..end - 1]).map_or(0, |at| at + 1);
+        }
+        if frames > 0 {
+            self.extra = Extra::Never;
+            let line = text[held.start..end].trim_ascii_end();
+            self.commas = line.ends_with(b",");
+            self.lines.skip(end - held.start, own as u64);
+            self.frame += frames as u64;
+        }
+        self.plain.was(is_plain && frames > 0);
+        Ok(is_plain && frames > 0)
+    }
+}
+
+impl Plain {
+    /// Where frames of another kind come again and again, less and less is read twice.
+    fn was(&mut self, plain: bool) {
+        if plain {
+            self.next_careful = 0;
+        } else {
+            self.careful = self.next_careful;
+            self.next_careful = (2 * self.next_careful).clamp(1, MOST_CAREFUL);
+        }
+    }
+}
+
+/// Cuts the lines of `text`, of bytes `held`, into pieces of several lines.
+fn cut<'a>(
+    text: &[u8],
+    held: Range<usize>,
+    pieces: &'a mut Vec<Mutex<Piece>>,
+) -> &'a mut [Mutex<Piece>] {
+    let (mut from, mut count) = (held.start, 0);
+    while from < held.end {
+        let near = (from + PIECE).min(held.end);
+        let end = match memchr::memchr(b'\n', &text[near..]) {
+            Some(length) => near + length + 1,
+            // What is not ended yet is of no piece.
+            None => memchr::memrchr(b'\n', &text[from..]).map_or(from, |at| from + at + 1),
+        };
+        if end == from {
+            break;
+        }
+        if count == pieces.len() {
+            pieces.push(Mutex::default());
+        }
+        let piece = pieces[count]
+            .get_mut()
+            .unwrap_or_else(PoisonError::into_inner);
+        piece.bytes = from..end;
+        (from, count) = (end, count + 1);
+    }
+    &mut pieces[..count]
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use proptest::prelude::*;
+    use taxel::parallel::Serial;
+    use taxel::{Counts, Frame};
+
+    use super::*;
+    use crate::ReadOptions;
+
+    /// What is read of a text: values and positions, in the end what is wrong, and the bytes that were read.
+    type Found = (Vec<(u64, Vec<f64>)>, Option<String>, u64, Vec<String>);
+
+    fn read(text: &str, options: ReadOptions, most: Option<usize>) -> Found {
+        let rule = Rule::Counts { maximum: 1023.0 };
+        let mut grid = Grid::new(text.as_bytes(), Path::new("a"), options, rule).unwrap();
+        let mut frame = Frame::<Counts>::zeros(options.rows, options.columns);
+        let (mut frames, mut error) = (Vec::new(), None);
+        loop {
+            if let Some(most) = most {
+                let mut out = vec![7];
+                let read = grid.next_counts(most, &mut out, &Serial).unwrap();
+                assert!(out[0] == 7 && read.end - read.start <= most as u64);
+                let each = out[1..].chunks(options.rows * options.columns);
+                assert_eq!(each.len() as u64, read.end - read.start);
+                frames.extend(
+                    read.zip(each.map(|each| each.iter().map(|&n| f64::from(n)).collect())),
+                );
+            }
+            match grid.next_into(&mut frame) {
+                Ok(true) => frames.push((frame.sequence, frame.values().to_vec())),
+                Ok(false) => break,
+                Err(found) => {
+                    error = Some(found.to_string());
+                    break;
+                }
+            }
+        }
+        let skips = grid.skips().first.iter();
+        let skips = skips
+            .map(|skip| format!("{:?} {}", skip.first_line, skip.error))
+            .collect();
+        (frames, error, grid.bytes(), skips)
+    }
+
+    fn check(text: &str, most: usize) -> Result<(), TestCaseError> {
+        for (rows, columns) in [(2, 3), (1, 6), (3, 2)] {
+            for keep_going in [false, true] {
+                let mut options = ReadOptions::new(rows, columns);
+                options.keep_going = keep_going;
+                let careful = read(text, options, None);
+                prop_assert_eq!(
+                    &careful,
+                    &read(text, options, Some(most)),
+                    "{} x {}",
+                    rows,
+                    columns
+                );
+            }
+        }
+        Ok(())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(300))]
+
+        #[test]
+        fn frames_and_errors_are_those_of_the_careful_reader(
+            lines in prop::collection::vec("[0-9]{1,3},[0-9]{1,3},[0-9]{1,4}", 0..200),
+            odd in prop::collection::vec((any::<prop::sample::Index>(), prop::sample::select(vec![
+                "", "1,2", "1,2,3,4", "1,2.5,3", "x,2,3", "-1,2,3", "1,2,99999", "1,,2", " 1,2,3", "1,2,3,4,5,6",
+            ])), 0..4),
+            (end, most) in (prop::sample::select(vec!["\n", ",\n", "\r\n", ",\r\r\n"]), 1usize..40),
+            is_closed in any::<bool>(),
+        ) {
+            let mut lines = lines;
+            for (at, line) in odd {
+                let at = at.index(lines.len() + 1);
+                lines.insert(at, line.to_owned());
+            }
+            let text: String = lines.iter().map(|line| format!("{line}{end}")).collect();
+            check(if is_closed { &text } else { text.trim_end() }, most)?;
+        }
+    }
+
+    #[test]
+    fn most_of_a_long_text_is_read_plainly() {
+        let line = "1,22,333,\n".repeat(64);
+        let text = line.repeat(50);
+        let options = ReadOptions::new(64, 3);
+        let rule = Rule::Counts { maximum: 1023.0 };
+        let mut grid = Grid::new(text.as_bytes(), Path::new("a"), options, rule).unwrap();
+        let mut frame = Frame::<Counts>::zeros(64, 3);
+        let mut out = Vec::new();
+        assert_eq!(grid.next_counts(100, &mut out, &Serial).unwrap(), 0..0);
+        assert!(grid.next_into(&mut frame).unwrap());
+        assert_eq!(grid.next_counts(9, &mut out, &Serial).unwrap(), 1..10);
+        assert_eq!(grid.next_counts(100, &mut out, &Serial).unwrap(), 10..50);
+        assert_eq!(out, [1, 22, 333].repeat(64 * 49));
+        assert_eq!(grid.bytes(), text.len() as u64);
+        assert!(!grid.next_into(&mut frame).unwrap());
+    }
+}
