@@ -1,6 +1,7 @@
 //! XSENSOR exports: `KEY,value` lines of a table or `Key: value` lines of text. A frame has one block for each sensor, which closes
 //! with its rows behind `SENSELS`; blocks of groups (heel, toes) hold the same numbers once more and are left out.
 
+mod line;
 mod words;
 
 use std::path::Path;
@@ -14,6 +15,7 @@ use super::text_file::TextFile;
 use super::units::{length_mm, millimetres, quantity, unit_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
+use line::{begins_with_digit, first_cell, is_absent, is_blank, key_of_words, value_of};
 use words::Words;
 
 const FORMAT: &str = "XSENSOR export";
@@ -54,63 +56,6 @@ fn words_of(file: &Path) -> Words {
         return Words::default();
     }
     Words::of(&beginning.text).unwrap_or_default()
-}
-
-/// Key and value of a line. Where a semicolon parts them, commas are those of numbers.
-fn parted(line: &str) -> (&str, &str) {
-    let line = line.trim().trim_end_matches([',', ';', '\t']);
-    let semicolon = line.find(';').filter(|at| {
-        // Between quotes, behind a tab and in a value behind a comma it parts nothing.
-        let before = &line[..*at];
-        let mut commas = before.match_indices(',');
-        !before.contains(['"', '\t']) && commas.all(|(at, _)| before[at + 1..].starts_with(' '))
-    });
-    let end = semicolon.or_else(|| line.find([',', ':', '\t']));
-    end.map_or((line, ""), |end| (&line[..end], &line[end + 1..]))
-}
-
-/// The key of a line, in small letters and its own language; `None` of one that has none.
-fn key_of_words(line: &str) -> Option<String> {
-    let (key, _) = parted(line);
-    let key = key.trim_matches(|c: char| matches!(c, '"' | ':') || c.is_whitespace());
-    let begins = key.chars().next().is_some_and(char::is_alphabetic);
-    // A spreadsheet that replaces points by commas does it in words as well.
-    begins.then(|| key.to_lowercase().replace(',', "."))
-}
-
-/// What stands behind the key, without its quotes.
-fn value_of(line: &str) -> &str {
-    let (_, value) = parted(line);
-    value.trim_matches(|c: char| matches!(c, ',' | ';' | ':' | '"') || c.is_whitespace())
-}
-
-/// Whether a cell says that there is no sensel.
-fn is_absent(cell: &[u8]) -> bool {
-    let cell = cell.trim_ascii();
-    let cell = cell.strip_prefix(b"\"").unwrap_or(cell);
-    let cell = cell.strip_suffix(b"\"").unwrap_or(cell);
-    matches!(cell, b"" | b"-" | b"-1") || cell.eq_ignore_ascii_case(b"nan")
-}
-
-/// What a line has before its first separator.
-fn first_cell(line: &[u8]) -> &[u8] {
-    let end = line
-        .iter()
-        .position(|byte| matches!(byte, b',' | b';' | b'\t' | b' '));
-    &line[..end.unwrap_or(line.len())]
-}
-
-/// Whether a line begins with a number: it has no key then.
-fn begins_with_digit(line: &[u8]) -> bool {
-    let mut bytes = line.iter();
-    let first = bytes.find(|byte| !matches!(byte, b' ' | b'"'));
-    first.is_some_and(u8::is_ascii_digit)
-}
-
-/// Whether a line parts others and says nothing.
-fn is_blank(line: &[u8]) -> bool {
-    line.iter()
-        .all(|byte| matches!(byte, b',' | b' ' | b'\t' | b';'))
 }
 
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
