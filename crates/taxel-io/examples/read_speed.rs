@@ -93,6 +93,9 @@ fn read_counts(path: &Path, executor: &dyn Executor) -> Result<(u64, f64), Error
     Ok((frames as u64, 0.0))
 }
 
+/// How many frames are read, and a sum of them.
+type Way<'a> = dyn Fn() -> Result<(u64, f64), Error> + 'a;
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let kept = std::env::args().nth(1).map(PathBuf::from);
     let temporary = tempfile::tempdir()?;
@@ -112,7 +115,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     if !is_given {
         println!("wrote  {:7.1} MB/s", megabytes / wrote);
     }
-    let ways: [(&str, &dyn Fn() -> Result<(u64, f64), Error>); 3] = [
+    let ways: [(&str, &Way); 3] = [
         ("frame by frame", &|| read(&path)),
         ("an array, one core", &|| read_counts(&path, &Serial)),
         ("an array, all cores", &|| read_counts(&path, &Cores)),

@@ -260,32 +260,10 @@ impl Pliance {
         let at = secs.map(microsecond);
         frame.reference_newtons = at.and_then(|at| self.forces.get(&at).copied());
     }
-}
 
-impl Parser for Pliance {
-    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
-        loop {
-            if self.has_ended || !self.text.advance()? {
-                return Ok(false);
-            }
-            let line = self.text.line().trim_ascii();
-            // The largest and the mean of each sensor close the table.
-            self.has_ended = line.starts_with(b"M") || names_sensors(line);
-            if !line.is_empty() && !self.has_ended {
-                break;
-            }
-        }
-        frame.begin(0, self.taxels);
+    /// The cells of a line one by one, with all that may be wrong with them.
+    fn take_cells(&self, frame: &mut ParsedFrame) -> Result<(), Error> {
         let line = self.text.line();
-        self.row.resize(self.places.len(), 0.0);
-        let (row, decimals) = (&mut self.row, &mut frame.decimals);
-        if let Some(secs) = timed_row(&self.text, Separator::Blanks, row, decimals) {
-            for (&place, &value) in self.places.iter().zip(&self.row) {
-                frame.values[place] = value;
-            }
-            self.take_secs(frame, Some(secs));
-            return Ok(true);
-        }
         frame.decimals = 0;
         let mut fault = None;
         let mut found = 0;
@@ -324,6 +302,34 @@ impl Parser for Pliance {
                 .text
                 .wrong_at(0, FORMAT, format!("{found} values"), expected, hint));
         }
+        Ok(())
+    }
+}
+
+impl Parser for Pliance {
+    fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
+        loop {
+            if self.has_ended || !self.text.advance()? {
+                return Ok(false);
+            }
+            let line = self.text.line().trim_ascii();
+            // The largest and the mean of each sensor close the table.
+            self.has_ended = line.starts_with(b"M") || names_sensors(line);
+            if !line.is_empty() && !self.has_ended {
+                break;
+            }
+        }
+        frame.begin(0, self.taxels);
+        self.row.resize(self.places.len(), 0.0);
+        let (row, decimals) = (&mut self.row, &mut frame.decimals);
+        if let Some(secs) = timed_row(&self.text, Separator::Blanks, row, decimals) {
+            for (&place, &value) in self.places.iter().zip(&self.row) {
+                frame.values[place] = value;
+            }
+            self.take_secs(frame, Some(secs));
+            return Ok(true);
+        }
+        self.take_cells(frame)?;
         self.take_secs(frame, frame.secs);
         Ok(true)
     }

@@ -114,6 +114,10 @@ impl Effort {
         chords: 2,
         precision: 0.3,
     };
+
+    fn is_rough(self) -> bool {
+        self.derivatives < Self::FULL.derivatives
+    }
 }
 
 /// Fits these unknowns of a model, together. Nothing where the model is impossible from the start.
@@ -128,11 +132,12 @@ pub(super) fn fit_together(
     let mut estimates = evaluator.estimates(&model)?;
     let mut point = Point::new(evaluator, &model, unknowns, &estimates);
     let hears = Hears::new(unknowns, told, &point);
-    let mut slopes = slopes_at(evaluator, &model, unknowns, &point)?;
+    let may_hold = effort.is_rough();
+    let mut slopes = slopes_at(evaluator, (&model, unknowns), &point, may_hold)?;
     'all: for derivative in 0..effort.derivatives {
         if derivative > 0 {
             point = Point::new(evaluator, &model, unknowns, &estimates);
-            slopes = slopes_at(evaluator, &model, unknowns, &point)?;
+            slopes = slopes_at(evaluator, (&model, unknowns), &point, may_hold)?;
         }
         // So near, the derivative is the same for a few steps.
         for chord in 0..=effort.chords {
@@ -256,27 +261,46 @@ impl Residuals {
     }
 }
 
-/// The derivative of every residual by every unknown, one-sided differences.
+impl Residuals {
+    /// As many, of what depends on nothing.
+    fn nothing(&self) -> Self {
+        let zeros = |list: &Vec<f64>| vec![0.0; list.len()];
+        Self {
+            of_terms: self.of_terms.each_ref().map(zeros),
+            beliefs: zeros(&self.beliefs),
+            contacts: zeros(&self.contacts),
+        }
+    }
+}
+
+/// The derivative of every residual by every unknown, one-sided differences. One that can move nowhere is held where it is, on the way
+/// (`may_hold`); at the end there is no answer then.
 fn slopes_at(
     evaluator: &mut Evaluator,
-    model: &Model,
-    unknowns: &[Unknown],
+    (model, unknowns): (&Model, &[Unknown]),
     point: &Point,
+    may_hold: bool,
 ) -> Option<Vec<Residuals>> {
     let mut slopes = Vec::with_capacity(unknowns.len());
     for &unknown in unknowns {
         let value = model.get(unknown);
         // Beside its range and beside frames without a solution there may be little room.
-        let (moved, estimates, step) =
-            [1.0, -1.0, 0.1, -0.1, 0.01, -0.01]
-                .into_iter()
-                .find_map(|part| {
-                    let step = part * unknown.difference();
-                    let mut moved = model.clone();
-                    moved.set(unknown, value + step)?;
-                    let estimates = evaluator.estimates(&moved)?;
-                    Some((moved, estimates, step))
-                })?;
+        let found = [1.0, -1.0, 0.1, -0.1, 0.01, -0.01]
+            .into_iter()
+            .find_map(|part| {
+                let step = part * unknown.difference();
+                let mut moved = model.clone();
+                moved.set(unknown, value + step)?;
+                let estimates = evaluator.estimates(&moved)?;
+                Some((moved, estimates, step))
+            });
+        let Some((moved, estimates, step)) = found else {
+            if !may_hold {
+                return None;
+            }
+            slopes.push(point.residuals.nothing());
+            continue;
+        };
         let mut there = Residuals::new(evaluator, &moved, unknowns, &estimates, &point.scales);
         let here = &point.residuals;
         let lists = there.of_terms.iter_mut().zip(&here.of_terms);
