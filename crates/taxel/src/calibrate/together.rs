@@ -9,6 +9,8 @@
 //! A⁻¹ B A⁻ᵀ (Huber 1967).
 
 mod held_out;
+#[cfg(test)]
+mod tests;
 
 use super::equations::{covariance, equations, solve, told_by};
 use super::evaluate::{Evaluator, PressEstimate};
@@ -195,7 +197,7 @@ impl Point {
         let mut scales = [Vec::new(), Vec::new(), Vec::new()];
         for ((term, raw), scales) in MisfitTerm::ALL.iter().zip(&raw).zip(&mut scales) {
             *scales = match term {
-                MisfitTerm::Presses => press_scales(evaluator, raw),
+                MisfitTerm::Presses => press_scales(&evaluator.evidence.loads_g(), raw),
                 _ => vec![size(raw).max(MIN_SCATTER_G); raw.len()],
             };
         }

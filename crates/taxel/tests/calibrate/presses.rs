@@ -170,41 +170,6 @@ fn spread_carry_over_and_exponents_are_found_and_undone() {
     holds("spread, carry-over, exponents, grams", error, 0.0679);
 }
 
-/// An offset is believed to be at most 95 % of what unloaded taxels read. Where it is more than that, it stops there and the rest goes on.
-#[test]
-fn an_offset_at_its_bound_stops_nothing_else() {
-    let mut imperfections = Imperfections::default();
-    imperfections.mux_sd = 0.05;
-    imperfections.gain_sd = 0.1;
-    imperfections.exponent_sd = 0.04;
-    imperfections.saturation_load_g = Some(2500.0);
-    imperfections.spread = Some([0.06, 0.05, 0.003]);
-    imperfections.carry_over = 0.01;
-    imperfections.offset_volts = 2e-3;
-    let large = nominal()
-        .edited(|spec| {
-            (spec.array.rows, spec.array.columns) = (40, 60);
-        })
-        .unwrap();
-    let truth = VirtualSensor::imperfect(&large, &imperfections, 29).unwrap();
-    let data = calibration_data(&truth, 120, &[50.0, 150.0, 300.0], 4);
-    let found = fit(&parts_list(truth.sensor()), &data).unwrap();
-    let converter = found.sensor.converter();
-    holds(
-        "the offset, volts",
-        (converter.offset_volts - 2e-3).abs(),
-        1.0,
-    );
-    let saturation_g = found.sensor.material().unwrap().saturation_load_g.unwrap();
-    holds(
-        "the saturation, of itself",
-        (saturation_g / 2500.0 - 1.0).abs(),
-        1.0,
-    );
-    let error = error_over_frames(&found.sensor, &truth);
-    holds("with an offset at its bound, grams", error, 1.0);
-}
-
 #[test]
 fn the_fitted_sensor_survives_its_file() {
     let truth = VirtualSensor::new(&nominal(), 6).unwrap();
