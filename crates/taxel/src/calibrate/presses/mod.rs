@@ -327,8 +327,13 @@ impl<'a> PressFit<'a> {
         if let Some((power, linear)) = power {
             return Some((linear.carried(&power.layout, layout), power.share));
         }
-        match from.and_then(|f| Some((f.linear.as_ref()?, f.fits[0].1.share))) {
-            Some((near, share)) => Some((near.with(|p| joint.crowd.has(p)), share)),
+        match from.and_then(|f| Some((f.linear.as_ref()?, &f.fits[0].1))) {
+            // Where the power law has no fit here, this is another law's.
+            Some((near, fit)) => Some((
+                near.with(|p| joint.crowd.has(p))
+                    .carried(&fit.layout, layout),
+                fit.share,
+            )),
             None => joint.start(layout).map(|linear| (linear, 0.0)),
         }
     }
