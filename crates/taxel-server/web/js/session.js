@@ -2,7 +2,7 @@
 
 import { MarkTable } from "./marks.js";
 import { NO_LINES } from "./view.js";
-import { decodeFrame, isNewtons } from "./wire.js";
+import { frameOf, isNewtons } from "./wire.js";
 import { MAX_REGIONS } from "./selection.js";
 import { toast } from "./toast.js";
 
@@ -66,13 +66,8 @@ export class Session {
   /** @param {ArrayBuffer} message */
   takeFrame(message) {
     const before = performance.now();
-    let frame;
-    try {
-      frame = decodeFrame(message);
-    } catch (error) {
-      console.warn(error instanceof Error ? error.message : error);
-      return;
-    }
+    const frame = frameOf(message);
+    if (!frame) return;
     try {
       this.useFrame(frame);
     } finally {

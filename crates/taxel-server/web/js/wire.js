@@ -19,6 +19,20 @@ export const isRaw = (frame) => (frame.flags & FLAG_RAW) !== 0;
 export const isTared = (frame) => (frame.flags & FLAG_TARED) !== 0;
 
 /**
+ * The same as `decodeFrame`; a message that is none is a warning in the console, and null.
+ * @param {ArrayBuffer} message
+ * @returns {Page.Frame | null}
+ */
+export function frameOf(message) {
+  try {
+    return decodeFrame(message);
+  } catch (error) {
+    console.warn(error instanceof Error ? error.message : error);
+    return null;
+  }
+}
+
+/**
  * The arrays of the frame are views into the message: nothing is copied here.
  * @param {ArrayBuffer} message
  * @returns {Page.Frame}

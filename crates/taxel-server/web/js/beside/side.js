@@ -4,7 +4,7 @@ import { Connection } from "../connection.js";
 import { byId, write } from "../dom.js";
 import { Figures } from "../figures.js";
 import { LiveMap } from "../livemap.js";
-import { decodeFrame, isNewtons } from "../wire.js";
+import { frameOf, isNewtons } from "../wire.js";
 
 /** A recording whose last frame is shown is at its end, s. */
 const AT_END = 1e-6;
@@ -106,13 +106,8 @@ export class Side {
 
   /** @param {ArrayBuffer} message */
   takeFrame(message) {
-    let frame;
-    try {
-      frame = decodeFrame(message);
-    } catch (error) {
-      console.warn(error instanceof Error ? error.message : error);
-      return;
-    }
+    const frame = frameOf(message);
+    if (!frame) return;
     this.connection.got(frame.sequence);
     const newtons = isNewtons(frame);
     this.siemens = newtons ? NaN : frame.compensated.reduce((most, value) => Math.max(most, value), 0);

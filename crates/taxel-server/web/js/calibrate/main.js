@@ -7,7 +7,7 @@ import { FinishDialog } from "../finishdialog.js";
 import { LiveMap } from "../livemap.js";
 import { Sound } from "../sound.js";
 import { startTheme, toggleTheme } from "../theme.js";
-import { decodeFrame } from "../wire.js";
+import { frameOf } from "../wire.js";
 import { ErrorChart } from "./chart.js";
 import { drawGuides } from "./guides.js";
 import { Panel } from "./panel.js";
@@ -164,13 +164,8 @@ class App {
 
   /** @param {ArrayBuffer} message */
   takeFrame(message) {
-    let frame;
-    try {
-      frame = decodeFrame(message);
-    } catch (error) {
-      console.warn(error instanceof Error ? error.message : error);
-      return;
-    }
+    const frame = frameOf(message);
+    if (!frame) return;
     this.connection.got(frame.sequence);
     this.frame = frame;
     this.frameAt = performance.now();

@@ -8,7 +8,7 @@ import { LiveMap } from "../livemap.js";
 import { Sound } from "../sound.js";
 import { capital } from "../text.js";
 import { startTheme, toggleTheme } from "../theme.js";
-import { decodeFrame } from "../wire.js";
+import { frameOf } from "../wire.js";
 import { HoldChart } from "./chart.js";
 import { Curve } from "./curve.js";
 import { Deadline } from "./deadline.js";
@@ -197,13 +197,8 @@ class App {
 
   /** @param {ArrayBuffer} message */
   takeFrame(message) {
-    let frame;
-    try {
-      frame = decodeFrame(message);
-    } catch (error) {
-      console.warn(error instanceof Error ? error.message : error);
-      return;
-    }
+    const frame = frameOf(message);
+    if (!frame) return;
     this.connection.got(frame.sequence);
     const now = performance.now();
     this.frame = frame;
