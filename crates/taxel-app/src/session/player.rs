@@ -211,10 +211,8 @@ impl Player {
         let holds = sink.server.is_some();
         let mut name = self.path.display().to_string();
         name += &simulated_caption(&self.path);
-        sink.state(State::Live, &format!("playing {name}"));
-        if !self.requested().playing {
-            set_word(sink, false, &name);
-        }
+        // At once: nobody is told that it plays who asked for it held.
+        set_word(sink, self.requested().playing, &name);
         let mut showing = Showing {
             name,
             frame: Frame::zeros(self.options.rows, self.options.columns),
@@ -411,14 +409,14 @@ impl Player {
     }
 }
 
-fn set_word(sink: &FrameSink, playing: bool, name: &str) {
+fn set_word(sink: &mut FrameSink, playing: bool, name: &str) {
     let shown = if playing {
         DeviceState::Live
     } else {
         DeviceState::Paused
     };
     let text = format!("playing {name}");
-    sink.status.set_device_shown(State::Live, shown, &text);
+    sink.state_shown(State::Live, shown, &text);
 }
 
 /// Whether the time to the next frame is not waited for: a device was away, or its clock jumped.

@@ -10,7 +10,7 @@ use taxel_acquire::Address;
 use taxel_acquire::protocol::{Expected, LinkStats, Protocol};
 use taxel_acquire::simulated::{Person, Presser, Simulated, SimulationParameters};
 use taxel_acquire::transport::{Receiver, State, receive};
-use taxel_server::Server;
+use taxel_server::{DeviceState, Server};
 
 use super::curve::CurveFinder;
 use super::engine::{exact_name, gives_loads};
@@ -19,7 +19,7 @@ use super::latest_queue::LatestQueue;
 use super::pace::{self, Pace};
 use super::player::{PlaybackRequest, Player};
 use super::recorder::Recorder;
-use super::status::SessionStatus;
+use super::status::{SessionStatus, shown};
 use super::{CountsObserver, SessionOptions, TimestampedFrame};
 use crate::error::Error;
 
@@ -243,6 +243,19 @@ impl FrameSink {
         }
     }
 
+    /// How the source stands, and the more exact word that viewers read.
+    pub(super) fn state_shown(&mut self, state: State, shown: DeviceState, text: &str) {
+        let (before, _) = self.status.device();
+        self.status.set_device(state, shown, text);
+        if before != state {
+            self.recorder.event("device", text);
+            self.tell();
+        }
+        if state == State::Ended {
+            self.tell_losses(self.status.link_stats(), true);
+        }
+    }
+
     pub(super) fn tell(&self) {
         if let Some(server) = &self.server {
             server.tell_state();
@@ -277,15 +290,7 @@ impl Receiver for FrameSink {
     }
 
     fn state(&mut self, state: State, text: &str) {
-        let (before, _) = self.status.device();
-        self.status.set_device(state, text);
-        if before != state {
-            self.recorder.event("device", text);
-            self.tell();
-        }
-        if state == State::Ended {
-            self.tell_losses(self.status.link_stats(), true);
-        }
+        self.state_shown(state, shown(state), text);
     }
 
     fn link_stats(&mut self, link_stats: LinkStats) {

@@ -180,12 +180,7 @@ impl SessionStatus {
         message
     }
 
-    pub(super) fn set_device(&self, state: State, text: &str) {
-        self.set_device_shown(state, shown(state), text);
-    }
-
-    /// The same, shown as something more exact.
-    pub(super) fn set_device_shown(&self, state: State, shown: DeviceState, text: &str) {
+    pub(super) fn set_device(&self, state: State, shown: DeviceState, text: &str) {
         let mut status = self.lock();
         status.device = state;
         status.message.device = DeviceStatus::new(shown, text);
@@ -279,7 +274,7 @@ impl SessionStatus {
 }
 
 /// A device's state as viewers see it.
-fn shown(state: State) -> DeviceState {
+pub(super) fn shown(state: State) -> DeviceState {
     match state {
         State::Live => DeviceState::Live,
         State::Waiting => DeviceState::Waiting,

@@ -296,7 +296,11 @@ fn viewers_see_tare_record_and_are_told_what_they_may_not() {
     // Held at its first frame, until somebody plays it.
     let mut watcher = view(&player.url());
     frame(&mut watcher);
-    assert_eq!(told(&mut watcher, "state")["device"]["state"], "paused");
+    wait("pause", || {
+        let state = told(&mut watcher, "state")["device"]["state"].clone();
+        assert_ne!(state, "live");
+        state == "paused"
+    });
     assert_eq!(ask(&mut watcher, r#"{"id":1,"do":"play"}"#)["ok"], true);
     while told(&mut watcher, "event")["text"] != "now" {}
     // Another method, and one that is a file's name.
