@@ -213,8 +213,11 @@ impl<'a> Search<'a> {
         self.go_on(progress)
     }
 
-    /// All else, from there.
+    /// All else, from there: everything at once, or, where that says too little, from effects tried one after the other.
     pub(super) fn go_on(&mut self, progress: &mut dyn FnMut(&str, f64)) -> Result<(), Error> {
+        if self.can_separate() && self.goes_together(progress)? {
+            return Ok(());
+        }
         self.look_beyond(progress)?;
         if self.findings.iter().any(|f| f.used) || self.law != "power" {
             // What one effect hid, another may now show.
@@ -263,7 +266,7 @@ impl<'a> Search<'a> {
     }
 
     /// Refuses a fit that says no more about held-out presses than their median would.
-    fn explains(&self) -> Result<(), Error> {
+    pub(super) fn explains(&self) -> Result<(), Error> {
         let loads = self.evaluator.evidence.loads_g();
         let middle = median(&loads);
         let blind = mean(&loads.iter().map(|l| (l - middle).abs()).collect::<Vec<_>>());

@@ -23,7 +23,7 @@ pub(super) const MIN_SHARE: f64 = 1e-3;
 /// A saturation is told when it is this many standard errors from none.
 pub(super) const TOLD: f64 = 3.0;
 /// Inner knots of the spline law.
-const INNER_KNOTS: usize = 3;
+pub(super) const INNER_KNOTS: usize = 3;
 
 impl Search<'_> {
     pub(super) fn try_offset(&mut self) -> Result<(), Error> {
@@ -325,7 +325,7 @@ impl Search<'_> {
     }
 
     /// Knots of the spline law over the loads that were labelled.
-    fn knots(&self, model: &mut Model) {
+    pub(super) fn knots(&self, model: &mut Model) {
         let loads: Vec<f64> = self
             .evaluator
             .evidence

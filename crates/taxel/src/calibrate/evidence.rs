@@ -6,13 +6,19 @@ use super::noise;
 use super::readable::readable;
 use super::silent::{add_silent, mark_silent};
 use super::{CalibrationData, PressLabel};
-use crate::screen::{FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
+use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
+use crate::stats::quantile;
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Presses on fewer taxels than this say nothing of how taxels differ.
 const MIN_PLACES: usize = 5;
 /// Fewest presses that a fit is tried with.
 pub(super) const MIN_PRESSES: usize = 8;
+
+/// Where lines are left open, this share of the sound readings may be less than what a sound one is taken to read at least,
+const LEAST_SOUND: f64 = 0.01;
+/// and readings at the converter's lower end are stuck while there are no more than this share.
+const MOST_AT_END: f64 = 0.02;
 
 /// A mean frame under a uniform load.
 #[derive(Debug, Clone)]
@@ -57,10 +63,13 @@ impl Evidence {
         let mut faults = lines.finish().with_declared(sensor.screen());
         add_silent(&mut faults, data);
         let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
-        let options = ScreenOptions {
+        let mut options = ScreenOptions {
             ceiling_is_load: sensor.screen().ceiling_is_load || least_at_ceiling_g.is_some(),
             ..ScreenOptions::from_sensor(sensor)
         };
+        if options.floating && options.unloaded_counts.is_none() {
+            options.unloaded_counts = least_sound_counts(data, &faults, options.end_counts);
+        }
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
@@ -194,6 +203,33 @@ fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// What nearly every sound reading of the presses is above, counts, where lines are left open: no load lowers a reading there, so that
+/// one at the converter's lower end is stuck. Nothing where readings at that end are no exception.
+fn least_sound_counts(data: &CalibrationData, faults: &LineFaults, end_counts: f64) -> Option<f64> {
+    let faulty = |axis: Axis| -> BTreeSet<usize> {
+        let of_axis = faults.faults.iter().filter(|fault| fault.axis == axis);
+        of_axis.map(|fault| fault.index).collect()
+    };
+    let (rows, columns) = (faulty(Axis::Row), faulty(Axis::Column));
+    let (mut above, mut at_end) = (Vec::new(), 0usize);
+    for frame in &data.frames {
+        let readings = frame.values().iter().zip(frame.marks()).enumerate();
+        for (taxel, (&value, mark)) in readings {
+            let (row, column) = (taxel / frame.columns(), taxel % frame.columns());
+            if *mark != Mark::Good || rows.contains(&row) || columns.contains(&column) {
+                continue;
+            }
+            if value > end_counts {
+                above.push(value);
+            } else {
+                at_end += 1;
+            }
+        }
+    }
+    let is_rare = at_end as f64 <= MOST_AT_END * above.len() as f64;
+    quantile(above, LEAST_SOUND).filter(|_| is_rare)
 }
 
 /// Labels once each: the same one twice is no second press. With them, how many were repeated.
@@ -373,4 +409,52 @@ pub(super) fn typical<Q>(frame: &Frame<Q>) -> f64 {
     let there = frame.values().iter().zip(frame.marks());
     let there = there.filter(|(_, mark)| **mark != Mark::Absent);
     super::least_squares::median(&there.map(|(value, _)| *value).collect::<Vec<f64>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::preset;
+
+    const SIDE: usize = 16;
+
+    /// Presses on a mat with floating lines of which nothing but the parts is known; every sound reading is 14 to 17 counts or
+    /// the press. `at_end`: these taxels of every frame read nothing.
+    fn evidence(at_end: &[usize]) -> Evidence {
+        let parts = preset("mat-16x16-cd4067").unwrap();
+        let parts = parts.edited(|spec| spec.material = None).unwrap();
+        let mut data = CalibrationData::default();
+        for frame in 0..12 {
+            let mut counts = Frame::<Counts>::zeros(SIDE, SIDE);
+            for (taxel, value) in counts.values_mut().iter_mut().enumerate() {
+                *value = 14.0 + ((taxel * 7 + frame * 3) % 4) as f64;
+            }
+            let (row, column) = (1 + frame, 2 + frame);
+            counts.values_mut()[row * SIDE + column] = 200.0 + 20.0 * frame as f64;
+            for &taxel in at_end {
+                counts.values_mut()[taxel] = 0.0;
+            }
+            data.frames.push(counts);
+            let load_g = 100.0 + 10.0 * frame as f64;
+            data.presses.push(PressLabel {
+                frame,
+                row,
+                column,
+                load_g,
+            });
+        }
+        Evidence::new(&parts, &data).unwrap()
+    }
+
+    #[test]
+    fn a_reading_of_nothing_is_stuck_where_lines_are_open_and_no_other_reads_so_little() {
+        let found = evidence(&[3, 250]);
+        for frame in &found.frames {
+            assert_eq!(frame.count(Mark::Stuck), 2);
+            assert_eq!([frame.marks()[3], frame.marks()[250]], [Mark::Stuck; 2]);
+        }
+        // One reading in ten is no exception.
+        let many: Vec<usize> = (0..SIDE * SIDE).step_by(10).collect();
+        assert_eq!(evidence(&many).frames[0].count(Mark::Stuck), 0);
+    }
 }

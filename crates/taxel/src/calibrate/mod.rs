@@ -2,6 +2,7 @@
 
 mod along_lines;
 mod answered;
+mod at_once;
 mod choose;
 mod digits;
 mod discrepancy;
