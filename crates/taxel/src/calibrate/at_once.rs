@@ -10,6 +10,8 @@ use crate::Error;
 
 /// The law that bends freely, by its name.
 const SPLINE: &str = "spline";
+/// It is worth another fit of everything where held-out presses are nearer by this share.
+const WORTHWHILE: f64 = 0.05;
 
 impl Search<'_> {
     /// Everything together from circuit and law alone, and the law bent where held-out presses gain by that. False, and nothing is
@@ -62,7 +64,7 @@ impl Search<'_> {
             (SPLINE.to_owned(), score.mean_error()),
         ];
         let (gain, errors) = now.worse_than(&score);
-        if !is_better(gain, errors) {
+        if !is_better(gain, errors) || gain < WORTHWHILE * now.mean_error() {
             return;
         }
         let before = self.before();
@@ -76,10 +78,11 @@ impl Search<'_> {
         self.unknowns = bent_instead(&self.unknowns);
         SPLINE.clone_into(&mut self.law);
         self.best = Some((fitted, score));
-        let is_better = self.polish(progress).is_ok()
+        let gains = |old: &Score, new: &Score| old.worse_than(new).0 > 0.0;
+        let is_nearer = self.polish(progress).is_ok()
             && self.together.is_some()
-            && matches!((&kept.1, &self.best), (Some((_, old)), Some((_, new))) if old.worse_than(new).0 > 0.0);
-        if !is_better {
+            && matches!((&kept.1, &self.best), (Some((_, old)), Some((_, new))) if gains(old, new));
+        if !is_nearer {
             self.go_back_to(&before);
             (self.together, self.best, self.judged, self.beliefs) = kept;
         }
