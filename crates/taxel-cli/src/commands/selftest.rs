@@ -134,7 +134,8 @@ fn test(
         sensor.columns(),
         sensor.max_count(),
         &options,
-    );
+    )
+    .with_circuit(sensor);
     pass(args, sensor, empty, |frame| test.observe_empty(frame))?;
     pass(args, sensor, rubbed, |frame| test.observe_rubbed(frame))?;
     test.finish().map_err(|why| unusable(&why, empty, rubbed))

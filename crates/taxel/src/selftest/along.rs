@@ -2,7 +2,7 @@
 
 use super::classify::Classifier;
 use super::quiet::median;
-use super::response::Answers;
+use super::response::{Answers, Response};
 use super::{Fault, Place};
 use crate::screen::Axis;
 use crate::stats::Line;
@@ -25,6 +25,12 @@ const LEAST_FALL: f64 = 0.4;
 const TIMES_USUAL: f64 = 4.0;
 /// … and by so many standard errors.
 const SIGMAS: f64 = 6.0;
+/// Conductances found by a circuit that is not the sensor's are off elsewhere too: beside a line that breaks others seem to fall by up
+/// to a fourth of what it does. They are looked at again when it is repaired.
+const BESIDE_LARGEST: f64 = 1.0 / 3.0;
+/// … and so much that what is read falls along the line too: on sound mats it does by less than half of that, where a crack is worth
+/// 1 kΩ by more.
+const LEAST_IN_READINGS: f64 = 0.1;
 /// What a step explains better than a slope by this factor in squares is a step.
 const CLEARLY_A_STEP: f64 = 0.8;
 
@@ -45,20 +51,68 @@ struct Fall {
     is_step: bool,
 }
 
+/// The same of a line.
+#[derive(Debug, Clone, Copy)]
+struct FallOfLine {
+    axis: Axis,
+    index: usize,
+    fall: Fall,
+}
+
+/// What is seen of lines along their lengths.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SeenAlong {
+    in_readings: Vec<FallOfLine>,
+    /// Which taxels answer with the circuit undone, where it was.
+    conductances: Option<Response>,
+}
+
 impl Classifier<'_> {
     /// Lines that are broken, then those that resist.
     pub(super) fn along_lines(&mut self) {
+        let rubbed = self.rubbed;
+        let readings = &rubbed.response;
+        self.seen.in_readings = Axis::BOTH.map(|axis| self.falls(axis, readings)).concat();
+        let is_seen = |fall: &FallOfLine| fall.fall.size >= LEAST_IN_READINGS;
+        if self.seen.in_readings.iter().any(is_seen) {
+            self.seen.conductances = rubbed.undone(&self.test.options);
+        }
         for axis in Axis::BOTH {
-            let lines = self.rubbed.response.lines(axis);
-            for &index in &lines {
+            for index in readings.lines(axis) {
                 if !self.is_explained(axis, index)
-                    && let Some(split) = broken(&self.answers(axis, index))
+                    && let Some(split) = broken(&self.answers(axis, index, self.along()))
+                    && self.is_seen_in_readings(axis, index, split)
                 {
                     self.add_broken(axis, index, split);
                 }
             }
-            self.resisting_lines(axis, &lines);
         }
+        let falls = Axis::BOTH.map(|axis| self.falls(axis, self.along()));
+        let sizes = falls.iter().flatten().map(|fall| fall.fall.size);
+        let largest = sizes.fold(0.0, f64::max);
+        for falls in &falls {
+            self.resisting_lines(falls, largest);
+        }
+    }
+
+    /// What tells of lines along their length: the circuit undone, where it is.
+    fn along(&self) -> &Response {
+        self.seen
+            .conductances
+            .as_ref()
+            .unwrap_or(&self.rubbed.response)
+    }
+
+    /// Whether a line that falls somewhere with the circuit undone does so towards the same end in what is read, too: the circuit may be
+    /// undone by a wrong one.
+    fn is_seen_in_readings(&self, axis: Axis, index: usize, split: Split) -> bool {
+        let is_forward = |split: Split| split.after < split.before;
+        self.seen.conductances.is_none()
+            || self.seen.in_readings.iter().any(|seen| {
+                (seen.axis, seen.index) == (axis, index)
+                    && seen.fall.size >= LEAST_IN_READINGS
+                    && is_forward(seen.fall.split) == is_forward(split)
+            })
     }
 
     /// Whether it was found what is wrong along a line.
@@ -69,17 +123,19 @@ impl Classifier<'_> {
         })
     }
 
-    fn answers(&self, axis: Axis, index: usize) -> Vec<(usize, Answers)> {
-        let response = &self.rubbed.response;
+    fn answers(&self, axis: Axis, index: usize, response: &Response) -> Vec<(usize, Answers)> {
         response.answers_along(axis, index, &self.test.options)
     }
 
     fn add_broken(&mut self, axis: Axis, index: usize, split: Split) {
         let taxels = self.beyond(axis, index, split);
-        let evidence = format!(
-            "none of the {} taxels beyond responded; those before it did",
-            taxels.len()
-        );
+        let count = taxels.len();
+        let evidence = match self.seen.conductances {
+            Some(_) => format!(
+                "the circuit undone, none of the {count} taxels beyond conducts; those before it do"
+            ),
+            None => format!("none of the {count} taxels beyond responded; those before it did"),
+        };
         self.add(
             Fault::LineBroken,
             place(axis, index, split),
@@ -108,25 +164,36 @@ impl Classifier<'_> {
             .collect()
     }
 
-    fn resisting_lines(&mut self, axis: Axis, lines: &[usize]) {
+    /// How the lines of an axis fall along their lengths, those that can be judged.
+    fn falls(&self, axis: Axis, response: &Response) -> Vec<FallOfLine> {
+        let lines = response.lines(axis);
         let shares: Vec<Vec<(usize, f64)>> = lines
             .iter()
-            .map(|&index| logs(&self.answers(axis, index)))
+            .map(|&index| logs(&self.answers(axis, index, response)))
             .collect();
         let usual = usual_by_position(&shares);
-        let falls: Vec<Option<Fall>> = shares
-            .iter()
-            .map(|shares| {
-                let away = shares.iter().map(|&(at, ln)| (at, ln - usual[at]));
-                fall_of(&away.collect::<Vec<_>>())
-            })
-            .collect();
-        let mut sizes: Vec<f64> = falls.iter().flatten().map(|fall| fall.size).collect();
-        let least = LEAST_FALL.max(TIMES_USUAL * median(&mut sizes));
-        for (&index, fall) in lines.iter().zip(falls) {
-            let clear =
-                fall.filter(|fall| fall.size >= least && fall.size >= SIGMAS * fall.standard_error);
-            if let Some(fall) = clear.filter(|_| !self.is_explained(axis, index)) {
+        let falls = lines.iter().zip(&shares).filter_map(|(&index, shares)| {
+            let away = shares.iter().map(|&(at, ln)| (at, ln - usual[at]));
+            let fall = fall_of(&away.collect::<Vec<_>>())?;
+            Some(FallOfLine { axis, index, fall })
+        });
+        falls.collect()
+    }
+
+    /// Of the lines of one axis; `largest`: what any line of either axis falls by.
+    fn resisting_lines(&mut self, falls: &[FallOfLine], largest: f64) {
+        let mut sizes: Vec<f64> = falls.iter().map(|fall| fall.fall.size).collect();
+        let usual = TIMES_USUAL * median(&mut sizes);
+        let least = LEAST_FALL.max(usual).max(match self.seen.conductances {
+            Some(_) => BESIDE_LARGEST * largest,
+            None => 0.0,
+        });
+        for &FallOfLine { axis, index, fall } in falls {
+            let is_clear = fall.size >= least && fall.size >= SIGMAS * fall.standard_error;
+            if is_clear
+                && !self.is_explained(axis, index)
+                && self.is_seen_in_readings(axis, index, fall.split)
+            {
                 self.add_resisting(axis, index, fall);
             }
         }
@@ -135,7 +202,7 @@ impl Classifier<'_> {
     fn add_resisting(&mut self, axis: Axis, index: usize, fall: Fall) {
         let percent = 100.0 * (-fall.size).exp();
         let fault = Fault::LineResists;
-        if self.test.options.screen.floating {
+        if self.test.options.screen.floating && self.seen.conductances.is_none() {
             let evidence = format!(
                 "one end reads {percent:.0} % of what the other does, beside its neighbours; where lines are left open the place cannot be told, nor a break from a crack"
             );
@@ -149,8 +216,12 @@ impl Classifier<'_> {
         } else {
             "the farther the less"
         };
+        let [undone, reads] = match self.seen.conductances {
+            Some(_) => ["the circuit undone, ", "conducts"],
+            None => ["", "reads"],
+        };
         let evidence = format!(
-            "beyond it reads {percent:.0} % of what it reads before it, beside its neighbours, {how}"
+            "{undone}beyond it {reads} {percent:.0} % of what it {reads} before it, beside its neighbours, {how}"
         );
         self.add(fault, place(axis, index, fall.split), taxels, evidence);
     }

@@ -1,5 +1,6 @@
 //! From what was counted to the list of findings: one for every line or taxel, the gravest that explains it.
 
+use super::along::SeenAlong;
 use super::finding::advice;
 use super::quiet::median;
 use super::{
@@ -21,6 +22,7 @@ const VISIBLE_NOISE: f64 = 2.0;
 pub(super) struct Classifier<'a> {
     pub(super) test: &'a SelfTest,
     pub(super) rubbed: &'a Rubbed,
+    pub(super) seen: SeenAlong,
     pub(super) findings: Vec<Finding>,
     explained: Vec<bool>,
 }
@@ -30,6 +32,7 @@ pub(super) fn classify(test: &SelfTest, rubbed: &Rubbed) -> SelfTestResult {
     let mut found = Classifier {
         test,
         rubbed,
+        seen: SeenAlong::default(),
         findings: Vec::new(),
         explained: (0..taxels)
             .map(|taxel| rubbed.response.is_absent(taxel))
@@ -344,8 +347,8 @@ impl Classifier<'_> {
             return Some((Fault::TaxelOpen, evidence));
         }
         // Before what silence tells: noise about a low baseline is silent in half of the frames.
-        let (noise, typical) = (unloaded.noise[taxel], unloaded.typical_noise);
-        if noise > options.noisy_factor * typical && noise > typical + options.noisy_counts {
+        if unloaded.is_noisy(taxel, options) {
+            let (noise, typical) = (unloaded.noise[taxel], unloaded.typical_noise);
             let evidence = format!("noise {noise:.1} counts; the array {typical:.1}");
             return Some((Fault::TaxelNoisy, evidence));
         }

@@ -5,6 +5,7 @@
 //! | `quiet` | what every taxel reads without a load, and its noise |
 //! | `ends` | lines and taxels at the ends of the converter, or that never change |
 //! | `response` | lines and taxels that do not answer when they are pressed, or not always |
+//! | `conductances` | the same with the circuit undone, for lines that are left open |
 //! | `settling` | readings that keep a share of the one before |
 //! | `hum` | the mains in the readings |
 //! | `codes` | codes that the converter never gives |
@@ -41,6 +42,7 @@
 mod along;
 mod classify;
 mod codes;
+mod conductances;
 mod ends;
 mod finding;
 mod hum;
@@ -50,6 +52,7 @@ mod response;
 mod settling;
 #[cfg(test)]
 mod tests;
+mod thinned;
 mod unusable;
 
 pub use codes::{CodeFault, Codes};
@@ -60,12 +63,13 @@ pub use settling::Settling;
 pub use unusable::Unusable;
 
 use crate::screen::{FrameScreen, LineScreen, ScreenOptions};
-use crate::{Counts, Error, Frame, Mark};
+use crate::{Counts, Error, Frame, Mark, Sensor};
 use codes::CodeCount;
+use conductances::Conductances;
 use ends::Ends;
 use hum::HumSearch;
 use quiet::{Quiet, Unloaded};
-use response::Response;
+use response::{Limits, Response};
 use settling::CarryOver;
 
 /// What the self-test found.
@@ -124,10 +128,27 @@ impl SelfTestResult {
 #[derive(Debug, Clone)]
 struct Rubbed {
     unloaded: Unloaded,
+    limits: Limits,
     response: Response,
+    /// Where lines are left open, and the circuit is known.
+    conductances: Option<Conductances>,
     carry_over: CarryOver,
     lines: LineScreen,
     screen: FrameScreen,
+}
+
+impl Rubbed {
+    /// Which taxels answer with the circuit undone, where it can be. Every conductance is in every reading there, so that one taxel that
+    /// is shorted or noisy spoils all of them.
+    fn undone(&self, options: &SelfTestOptions) -> Option<Response> {
+        let (kept, unloaded) = (self.conductances.as_ref()?, &self.unloaded);
+        let is_noisy = |taxel: usize| unloaded.is_noisy(taxel, options);
+        let mut there = (0..unloaded.counts.len()).filter(|&t| !self.response.is_absent(t));
+        if there.any(|taxel| unloaded.masked[taxel] || is_noisy(taxel)) {
+            return None;
+        }
+        kept.response(&unloaded.counts, &unloaded.masked, options)
+    }
 }
 
 /// The self-test: first every frame of the empty recording, then every frame of the rubbed one, then [`Self::finish`].
@@ -142,6 +163,9 @@ pub struct SelfTest {
     codes: CodeCount,
     ends: Ends,
     marked: Frame<Counts>,
+    /// What each taxel of a rubbed frame reads above what it reads unloaded, counts.
+    heights: Vec<f64>,
+    conductances: Option<Conductances>,
     empty_frames: u64,
     moved: Moved,
     rubbed: Option<Box<Rubbed>>,
@@ -170,10 +194,21 @@ impl SelfTest {
             codes: CodeCount::new(max_count),
             ends: Ends::new(rows * columns, max_count, screen.end_counts),
             marked: Frame::zeros(rows, columns),
+            heights: vec![0.0; rows * columns],
+            conductances: None,
             empty_frames: 0,
             moved: Moved::default(),
             rubbed: None,
         }
+    }
+
+    /// With the circuit of the sensor that is tested, of the same shape. Where it leaves lines open, that tells where a line breaks or
+    /// cracks: [`Self::finish`] then undoes the circuit of some 100 frames, which takes a second or two.
+    #[must_use]
+    pub fn with_circuit(mut self, sensor: &Sensor) -> Self {
+        let is_same = (sensor.rows(), sensor.columns()) == (self.rows, self.columns);
+        self.conductances = Conductances::new(sensor).filter(|_| is_same);
+        self
     }
 
     /// Takes a frame of the empty recording. One that comes after a rubbed one is not looked at.
@@ -225,7 +260,16 @@ impl SelfTest {
             *reading = unloaded.typical_counts;
         }
         rubbed.lines.observe(&self.marked)?;
-        rubbed.response.observe(frame, unloaded, options);
+        let values = frame.values().iter().zip(&unloaded.counts);
+        for (height, (value, usual)) in self.heights.iter_mut().zip(values) {
+            *height = value - usual;
+        }
+        rubbed
+            .response
+            .observe(&self.heights, &rubbed.limits, options);
+        if let Some(conductances) = &mut rubbed.conductances {
+            conductances.observe(frame);
+        }
         rubbed.carry_over.observe(frame, unloaded, options);
         Ok(())
     }
@@ -242,7 +286,14 @@ impl SelfTest {
             unloaded_counts: Some(unloaded.typical_counts),
             ..self.options.screen.clone()
         };
+        let quiet = unloaded.noise.iter();
         Rubbed {
+            limits: Limits {
+                loaded: unloaded.loaded.clone(),
+                quiet: quiet.map(|noise| screen.floor_sigmas * noise).collect(),
+                masked: unloaded.masked.clone(),
+            },
+            conductances: self.conductances.clone(),
             unloaded,
             response: Response::new(self.rows, self.columns, &screen.absent),
             carry_over: CarryOver::new(),

@@ -1,6 +1,7 @@
 //! What every taxel reads without a load, and how much that varies.
 
 use super::SelfTestOptions;
+use super::thinned::Thinned;
 use crate::circuit::ROUNDING_COUNTS;
 use crate::stats::SIGMA_PER_MAD;
 use crate::{Counts, Frame};
@@ -12,12 +13,10 @@ const CUT_OFF_SHARE: f64 = 0.2;
 /// Share of normal numbers below the mean and one standard deviation.
 const UPPER_SHARE: f64 = 0.841_344_746;
 
-/// Collects the empty recording in constant memory: at most 64 of its frames, evenly spread.
+/// Collects the empty recording in constant memory.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Quiet {
-    kept: Vec<Vec<f32>>,
-    every: u64,
-    seen: u64,
+    kept: Thinned<KEPT>,
 }
 
 /// The array without a load, taxel by taxel.
@@ -42,37 +41,30 @@ pub(super) struct Unloaded {
     pub max_count: f64,
 }
 
+impl Unloaded {
+    /// Whether a taxel's noise is far above that of the array.
+    pub fn is_noisy(&self, taxel: usize, options: &SelfTestOptions) -> bool {
+        let (noise, typical) = (self.noise[taxel], self.typical_noise);
+        noise > options.noisy_factor * typical && noise > typical + options.noisy_counts
+    }
+}
+
 impl Quiet {
     pub fn observe(&mut self, frame: &Frame<Counts>) {
-        self.every = self.every.max(1);
-        if self.seen.is_multiple_of(self.every) {
-            if self.kept.len() == KEPT {
-                let mut index = 0;
-                self.kept.retain(|_| {
-                    index += 1;
-                    index % 2 == 1
-                });
-                self.every *= 2;
-            }
-            if self.seen.is_multiple_of(self.every) {
-                // Counts below 2²⁴ are whole in an f32.
-                let values = frame.values().iter().map(|&v| v as f32);
-                self.kept.push(values.collect());
-            }
-        }
-        self.seen += 1;
+        self.kept.observe(frame);
     }
 
     /// Medians. [`SelfTestOptions::shorted_share`] of the range without a load is a short: a taxel that is shorted ties its row to its
     /// column, which then read what the other one does, so that both are masked; a whole line at the end masks itself.
     pub fn unloaded(&self, columns: usize, max_count: f64, options: &SelfTestOptions) -> Unloaded {
         let screen = &options.screen;
-        let taxels = self.kept.first().map_or(0, Vec::len);
+        let kept = &self.kept.frames;
+        let taxels = kept.first().map_or(0, Vec::len);
         let mut values = Vec::with_capacity(KEPT);
         let (mut counts, mut noise) = (Vec::with_capacity(taxels), Vec::with_capacity(taxels));
         for taxel in 0..taxels {
             values.clear();
-            values.extend(self.kept.iter().map(|frame| f64::from(frame[taxel])));
+            values.extend(kept.iter().map(|frame| f64::from(frame[taxel])));
             let middle = median(&mut values);
             let at_zero = values.iter().filter(|&&v| v < 0.5).count();
             let is_cut_off = at_zero as f64 >= CUT_OFF_SHARE * values.len() as f64;
@@ -200,7 +192,7 @@ mod tests {
         for k in 0..1000 {
             quiet.observe(&Frame::filled(1, 1, f64::from(k)));
         }
-        assert!((33..=KEPT).contains(&quiet.kept.len()));
+        assert!((33..=KEPT).contains(&quiet.kept.frames.len()));
         let unloaded = quiet.unloaded(1, 65_535.0, &SelfTestOptions::default());
         assert!((unloaded.counts[0] - 500.0).abs() < 20.0);
     }

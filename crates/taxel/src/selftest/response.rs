@@ -1,9 +1,17 @@
 //! Which taxels and lines answer when they are pressed.
 
 use super::SelfTestOptions;
-use super::quiet::Unloaded;
 use crate::screen::Axis;
-use crate::{Counts, Frame};
+
+/// From where on a taxel is loaded, and up to where it is silent: above what it reads unloaded, taxel by taxel, in the unit
+/// of what it is compared with.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Limits {
+    pub loaded: Vec<f64>,
+    pub quiet: Vec<f64>,
+    /// Taxels that vouch for nothing.
+    pub masked: Vec<bool>,
+}
 
 /// Whether a taxel answered in the frames in which others vouch that it was pressed.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -12,9 +20,9 @@ pub(super) struct Answers {
     pub supported: u32,
     /// Of these, frames in which it was silent.
     pub silent: u32,
-    /// Sum of the loads vouched for, counts.
+    /// Sum of the loads vouched for, in the unit of what is observed.
     expected: f64,
-    /// Sum of what it read of them, each no more than was vouched for, counts.
+    /// Sum of what it read of them, each no more than was vouched for.
     given: f64,
 }
 
@@ -84,26 +92,20 @@ impl Response {
         }
     }
 
-    pub fn observe(
-        &mut self,
-        frame: &Frame<Counts>,
-        unloaded: &Unloaded,
-        options: &SelfTestOptions,
-    ) {
+    /// Takes what every taxel reads above what it reads unloaded, row by row, in the unit of `limits`.
+    pub fn observe(&mut self, heights: &[f64], limits: &Limits, options: &SelfTestOptions) {
         self.frames += 1;
-        for (taxel, &value) in frame.values().iter().enumerate() {
-            let height = value - unloaded.counts[taxel];
-            let is_load = height > unloaded.loaded[taxel] && !unloaded.masked[taxel];
+        for (taxel, &height) in heights.iter().enumerate() {
+            let is_load = height > limits.loaded[taxel] && !limits.masked[taxel];
             self.load[taxel] = if is_load { height } else { 0.0 };
             self.loaded[taxel] += u32::from(is_load);
             self.moved[0] += u64::from(is_load);
             let is_there = !self.is_absent(taxel);
-            self.moved[1] += u64::from(is_there && height < -unloaded.loaded[taxel]);
+            self.moved[1] += u64::from(is_there && height < -limits.loaded[taxel]);
         }
         let share = options.screen.silent_share;
-        for taxel in 0..frame.values().len() {
-            let height = frame.values()[taxel] - unloaded.counts[taxel];
-            let quiet = options.screen.floor_sigmas * unloaded.noise[taxel];
+        for (taxel, &height) in heights.iter().enumerate() {
+            let quiet = limits.quiet[taxel];
             let (row, column) = (taxel / self.columns, taxel % self.columns);
             let sides = [
                 self.side(row, self.rows, taxel, self.columns),
@@ -116,7 +118,7 @@ impl Response {
             }
             let all = sides.into_iter().flatten().flatten();
             let mut supported = all.clone().fold(f64::INFINITY, f64::min);
-            if all.count() < 3 && supported < options.corner_factor * unloaded.loaded[taxel] {
+            if all.count() < 3 && supported < options.corner_factor * limits.loaded[taxel] {
                 supported = 0.0;
             }
             self.around[taxel].add(height, supported, quiet, share);

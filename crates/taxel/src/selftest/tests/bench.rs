@@ -9,9 +9,13 @@ use crate::circuit::{Circuit, Converter, LinearCircuit, Noise, normal};
 use crate::material::LoadLaw;
 use crate::screen::Axis;
 use crate::selftest::{SelfTest, SelfTestOptions, SelfTestResult, Unusable};
-use crate::sensor::{ScanOrder, preset};
+use crate::sensor::{PerLine, ScanOrder, preset};
 use crate::simulate::{Imperfections, default_noise_counts, imperfect};
 use crate::{Counts, Frame, Sensor};
+
+mod far_parts;
+
+use far_parts::FarParts;
 
 /// What is broken. Everything empty: a sound sensor.
 #[derive(Debug, Clone, Default)]
@@ -92,8 +96,16 @@ impl Bench {
     }
 
     pub fn test_with(&self, options: &SelfTestOptions) -> Result<SelfTestResult, Unusable> {
+        let test = self.begun(options);
+        self.run(test.with_circuit(&self.as_its_owner_knows()))
+    }
+
+    fn begun(&self, options: &SelfTestOptions) -> SelfTest {
         let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
-        let mut test = SelfTest::new(rows, columns, self.sensor.max_count(), options);
+        SelfTest::new(rows, columns, self.sensor.max_count(), options)
+    }
+
+    fn run(&self, mut test: SelfTest) -> Result<SelfTestResult, Unusable> {
         for frame in self.frames(false) {
             test.observe_empty(&frame)?;
         }
@@ -103,15 +115,30 @@ impl Bench {
         test.finish()
     }
 
+    /// Switches all alike, and no material.
+    fn as_its_owner_knows(&self) -> Sensor {
+        let sensor = self.sensor.edited(|spec| {
+            spec.material = None;
+            let (rows, columns) = (spec.array.rows, spec.array.columns);
+            let readout = &mut spec.readout;
+            let alike = |list: &mut Option<PerLine>, lines| {
+                *list = list.as_ref().map(|list| PerLine::One(list.mean(lines)));
+            };
+            alike(&mut readout.r_mux_column_ohms, columns);
+            alike(&mut readout.r_mux_row_ohms, rows);
+        });
+        sensor.unwrap()
+    }
+
     /// The findings, as `fault at place`, in alphabetical order.
     pub fn found(&self) -> Vec<String> {
-        let result = self.test().unwrap();
-        let findings = result.findings.iter();
-        let mut found: Vec<String> = findings
-            .map(|f| format!("{} at {}", f.fault.word(), f.place))
-            .collect();
-        found.sort();
-        found
+        words(&self.test().unwrap())
+    }
+
+    /// The same of one who knows the shape of the array alone, and that its lines are left open.
+    pub fn found_without_circuit(&self) -> Vec<String> {
+        let test = self.begun(&SelfTestOptions::of(&self.sensor));
+        words(&self.run(test).unwrap())
     }
 
     /// The frames of the empty or of the rubbed recording.
@@ -123,6 +150,8 @@ impl Bench {
         };
         let law = LoadLaw::from_sensor(&self.sensor).unwrap();
         let circuit = LinearCircuit::from_sensor(&self.sensor).unwrap();
+        let is_open = self.sensor.readout().has_open_columns();
+        let apart = is_open.then(|| FarParts::new(&self.sensor, &self.broken));
         let converter = Converter::from_sensor(&self.sensor);
         let bits = self.sensor.converter().bits;
         let noise = Noise {
@@ -138,7 +167,10 @@ impl Bench {
             let mut siemens = Frame::new(rows, columns, siemens.collect()).unwrap();
             self.break_taxels(siemens.values_mut(), &mut random);
             self.tie_rows(siemens.values_mut());
-            let mut volts = circuit.predict(&siemens).unwrap();
+            let mut volts = match &apart {
+                Some(apart) => apart.read(&siemens),
+                None => circuit.predict(&siemens).unwrap(),
+            };
             self.repeat_rows(volts.values_mut());
             self.add_hum(volts.values_mut(), k, &converter);
             noise.add(&mut volts, &mut random);
@@ -211,6 +243,10 @@ impl Bench {
                 siemens[taxel] = 0.0;
             }
         }
+        if self.sensor.readout().has_open_columns() {
+            // [`FarParts`] has what lies beyond.
+            return self.break_lines(siemens, out);
+        }
         for &(axis, index, from) in &broken.cut {
             for &taxel in &self.line(axis, index)[from..] {
                 siemens[taxel] = 0.0;
@@ -221,6 +257,11 @@ impl Bench {
                 siemens[taxel] /= 1.0 + ohms * siemens[taxel];
             }
         }
+        self.break_lines(siemens, out);
+    }
+
+    fn break_lines(&self, siemens: &mut [f64], mut out: impl FnMut() -> bool) {
+        let broken = &self.broken;
         let mut lines = broken.dead.clone();
         lines.extend(broken.flickering.iter().copied().filter(|_| out()));
         for (axis, index) in lines {
@@ -297,4 +338,13 @@ impl Bench {
             }
         }
     }
+}
+
+fn words(result: &SelfTestResult) -> Vec<String> {
+    let findings = result.findings.iter();
+    let mut found: Vec<String> = findings
+        .map(|f| format!("{} at {}", f.fault.word(), f.place))
+        .collect();
+    found.sort();
+    found
 }
