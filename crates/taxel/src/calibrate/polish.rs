@@ -314,12 +314,9 @@ impl Search<'_> {
         if self.evaluator.has_unloaded() {
             more.push(Unknown::Offset);
         }
-        if self.model.seeks_lines {
-            // Both pass current between taxels under a uniform load: the one grows at the cost of the other.
-            let why =
-                "not looked for beside lines that resist: uniform loads hardly tell the two apart";
-            self.note("sheet", false, why.to_owned());
-        } else if levels > 0 {
+        if levels > 0 {
+            // Beside lines that resist too: both pass current between taxels under a uniform load, but lines do so more the
+            // farther from their ends, and a film alike everywhere.
             more.extend([Unknown::Sheet, Unknown::SheetContact]);
             self.model.set(Unknown::Sheet, START_SHEET);
         } else {
