@@ -81,7 +81,7 @@ def bend_labels(file, seed):
     off = 1 + 0.02 * np.random.default_rng(seed).standard_normal(len(lines))
     for i in range(1, len(lines)):
         cells = lines[i].split(",")
-        cells[column] = repr(float(cells[column]) * off[i])
+        cells[column] = repr(float(float(cells[column]) * off[i]))
         lines[i] = ",".join(cells)
     file.write_text("\n".join(lines) + "\n")
 
@@ -122,7 +122,8 @@ def judge(given, calibrated, recording, truth, folder):
     true = np.loadtxt(truth, delimiter=",").reshape(loads.shape)
     good = marks == 0
     loaded, unloaded, off = (true > 0) & good, (true == 0) & good, np.abs(loads - true)
-    total = np.where(good, loads, 0).sum((1, 2)) / np.where(good, true, 0).sum((1, 2)) - 1
+    told = (true * good).sum((1, 2)) > 0
+    total = np.where(good, loads, 0).sum((1, 2))[told] / np.where(good, true, 0).sum((1, 2))[told] - 1
     return (f"{off[loaded].mean():.3f} g, {100 * (off <= half)[loaded].mean():.1f} % inside, half-width {np.median(half[loaded]):.3g} g, "
             f"error {np.median(off[loaded]):.3g} g, {100 * (off > half)[unloaded].mean():.2f} % unloaded outside, total {100 * total.mean():+.2f} %")
 
