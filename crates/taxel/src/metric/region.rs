@@ -17,12 +17,13 @@ pub struct RegionFigures {
     pub contact_area_mm2: f64,
     /// Centre of pressure over those, mm, as that of the whole frame. `None` when nothing touches.
     pub centre_mm: Option<[f64; 2]>,
-    /// Share of its taxels whose own reading stands behind the sum, 0 to 1.
+    /// Share of its taxels whose own reading stands behind the sum, 0 to 1; NaN of a frame in which it has none.
     pub measured_share: f64,
 }
 
 impl RegionFigures {
-    /// Of a region of one frame of a sensor; a taxel counts as touched above `threshold_newtons`.
+    /// Of a region of one frame of a sensor; a taxel counts as touched above `threshold_newtons`. A region that moves lies where
+    /// its recording says by the frame's sequence number, its place from 0.
     ///
     /// # Panics
     /// When the frame is smaller than the region's sensor.
@@ -33,18 +34,16 @@ impl RegionFigures {
         threshold_newtons: f64,
     ) -> Self {
         let (values, marks) = (loads.values(), loads.marks());
+        let here = region.taxels_at(loads.sequence);
         let usable = || {
-            let taxels = region.taxels().iter().copied();
+            let taxels = here.iter().copied();
             taxels
                 .filter(|&taxel| is_usable(marks[taxel]))
                 .map(|taxel| (taxel, values[taxel]))
         };
         let touched = || usable().filter(|(_, load)| *load > threshold_newtons);
         let pressure = |(taxel, load)| kilopascals_from_newtons(load, sensor.taxel_area_mm2(taxel));
-        let measured = region
-            .taxels()
-            .iter()
-            .filter(|&&taxel| marks[taxel].is_reading());
+        let measured = here.iter().filter(|&&taxel| marks[taxel].is_reading());
         Self {
             total_force_newtons: usable().map(|(_, load)| load).sum(),
             peak_kilopascals: usable().map(pressure).reduce(f64::max).unwrap_or(0.0),
@@ -55,7 +54,7 @@ impl RegionFigures {
                 }),
                 None => centre_of(touched(), |taxel| sensor.place_mm(taxel)),
             },
-            measured_share: measured.count() as f64 / region.taxels().len() as f64,
+            measured_share: measured.count() as f64 / here.len() as f64,
         }
     }
 }

@@ -22,6 +22,10 @@ pub struct RegionSpec {
     /// How sure it is what its name says, 0 to 1, where nobody has drawn it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confidence: Option<f64>,
+    /// First and last frame of a recording, from 0, ends included, in which it lies here, where it lies elsewhere in others. A
+    /// region that moves is said by several of the same name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub frames: Option<[u64; 2]>,
 }
 
 impl RegionSpec {
@@ -32,7 +36,14 @@ impl RegionSpec {
             boxes: Vec::new(),
             outline: Vec::new(),
             confidence: None,
+            frames: None,
         }
+    }
+
+    /// In these frames of a recording alone: the first and the last.
+    pub fn with_frames(mut self, frames: [u64; 2]) -> Self {
+        self.frames = Some(frames);
+        self
     }
 
     /// With boxes of taxels: first row, last row, first column, last column, ends included.
@@ -84,6 +95,8 @@ pub struct Region {
     name: String,
     taxels: Vec<usize>,
     confidence: Option<f64>,
+    /// Where it moves over a recording: first and last frame, with its taxels in these; ascending, none where it stays.
+    windows: Vec<([u64; 2], Vec<usize>)>,
 }
 
 impl Region {
@@ -112,6 +125,12 @@ impl Region {
                 "leave it out where it was drawn",
             ));
         }
+        if let Some([from, to]) = spec.frames.filter(|[from, to]| from > to) {
+            return Err(wrong(
+                format!("has the frames {from} to {to}, which end before they begin"),
+                "`frames = [first, last]`, from 0, ends included",
+            ));
+        }
         let array = sensor.array();
         let mut is_inside = vec![false; array.rows * array.columns];
         for corners in &spec.boxes {
@@ -129,34 +148,86 @@ impl Region {
         }
         Ok(Self {
             name: spec.name.clone(),
+            windows: spec
+                .frames
+                .map(|frames| (frames, taxels.clone()))
+                .into_iter()
+                .collect(),
             taxels,
             confidence: spec.confidence,
         })
     }
 
-    /// All of them, checked.
+    /// All of them, checked: of a sensor, or of a recording in which none moves.
     ///
     /// # Errors
-    /// [`Error::Region`]: no name or one that another has, taxels outside the array, none at all.
+    /// [`Error::Region`]: no name or one that another has, taxels outside the array, none at all, one that is said to be of some
+    /// frames.
     pub fn all(specs: &[RegionSpec], sensor: &Sensor) -> Result<Vec<Self>, Error> {
-        let regions: Vec<Self> = specs
-            .iter()
-            .enumerate()
-            .map(|(at, spec)| Self::new(spec, at, sensor))
-            .collect::<Result<_, _>>()?;
-        for (at, region) in regions.iter().enumerate() {
-            if regions[..at]
-                .iter()
-                .any(|other| other.key() == region.key())
-            {
-                return Err(Error::Region {
-                    name: format!("`{}`", region.name),
-                    problem: "is there twice".to_owned(),
-                    hint: "each region has a name of its own, also in small letters",
-                });
+        if let Some((spec, [from, to])) = specs.iter().find_map(|s| Some((s, s.frames?))) {
+            return Err(Error::Region {
+                name: format!("`{}`", spec.name),
+                problem: format!("is said to be of frames {from} to {to}, and here are no frames"),
+                hint: "regions that move belong to one recording: `measure` takes them; elsewhere leave `frames` out",
+            });
+        }
+        Self::of_recording(specs, sensor)
+    }
+
+    /// All of them, checked: of a recording. Several of one name, each in frames of its own, are one region that moves.
+    ///
+    /// # Errors
+    /// As [`Self::all`]; frames that end before they begin, or that two of one name both have.
+    pub fn of_recording(specs: &[RegionSpec], sensor: &Sensor) -> Result<Vec<Self>, Error> {
+        let mut regions: Vec<Self> = Vec::new();
+        for (at, spec) in specs.iter().enumerate() {
+            let region = Self::new(spec, at, sensor)?;
+            match regions.iter_mut().find(|r| r.key() == region.key()) {
+                Some(first) => first.join(region)?,
+                None => regions.push(region),
             }
         }
         Ok(regions)
+    }
+
+    /// With its place in other frames.
+    fn join(&mut self, other: Self) -> Result<(), Error> {
+        let wrong = |problem: String, hint: &'static str| Error::Region {
+            name: format!("`{}`", other.name),
+            problem,
+            hint,
+        };
+        if self.windows.is_empty() || other.windows.is_empty() {
+            return Err(wrong(
+                "is there twice".to_owned(),
+                "each region has a name of its own, also in small letters; only of one that moves there are several, each with `frames`",
+            ));
+        }
+        let [from, to] = other.windows[0].0;
+        if let Some((with, _)) = self
+            .windows
+            .iter()
+            .find(|(w, _)| w[0] <= to && from <= w[1])
+        {
+            let [first, last] = with;
+            return Err(wrong(
+                format!(
+                    "is said of frames {from} to {to} and of frames {first} to {last}, which overlap"
+                ),
+                "of one frame it is said once: ends are included",
+            ));
+        }
+        self.windows.extend(other.windows);
+        self.windows.sort_by_key(|(frames, _)| frames[0]);
+        self.taxels.extend(other.taxels);
+        self.taxels.sort_unstable();
+        self.taxels.dedup();
+        // As sure as where it is least so.
+        self.confidence = match (self.confidence, other.confidence) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, b) => a.or(b),
+        };
+        Ok(())
     }
 
     /// What people call it.
@@ -175,9 +246,29 @@ impl Region {
             .collect()
     }
 
-    /// Its taxels (row · columns + column), ascending; crossings without one are not among them.
+    /// Its taxels (row · columns + column), ascending; crossings without one are not among them. Of one that moves, those of all
+    /// frames together.
     pub fn taxels(&self) -> &[usize] {
         &self.taxels
+    }
+
+    /// Its taxels in a frame of the recording that it is of, by the frame's place from 0; none where it is said of other frames.
+    pub fn taxels_at(&self, frame: u64) -> &[usize] {
+        if self.windows.is_empty() {
+            return &self.taxels;
+        }
+        let at = self
+            .windows
+            .partition_point(|(frames, _)| frames[1] < frame);
+        match self.windows.get(at) {
+            Some((frames, taxels)) if frames[0] <= frame => taxels,
+            _ => &[],
+        }
+    }
+
+    /// Whether it lies elsewhere in other frames.
+    pub fn moves(&self) -> bool {
+        self.windows.len() > 1
     }
 
     /// How sure it is what its name says, 0 to 1; `None` where somebody has drawn it.
@@ -274,112 +365,4 @@ fn is_within(corners: &[[f64; 2]], [row, column]: [f64; 2]) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::sensor::{Geometry, Population, preset};
-
-    fn mat() -> Sensor {
-        preset("mat-16x16-cd4067").unwrap()
-    }
-
-    fn one(spec: RegionSpec, sensor: &Sensor) -> Region {
-        Region::all(&[spec], sensor).unwrap().remove(0)
-    }
-
-    #[test]
-    fn boxes_and_outlines_hold_the_taxels_that_they_go_around() {
-        let sensor = mat();
-        let boxes =
-            RegionSpec::new("Ball of the thumb").with_boxes(vec![[2, 3, 4, 6], [3, 4, 6, 6]]);
-        let region = one(boxes, &sensor);
-        let at = |r: usize, c: usize| r * 16 + c;
-        let wanted = [
-            at(2, 4),
-            at(2, 5),
-            at(2, 6),
-            at(3, 4),
-            at(3, 5),
-            at(3, 6),
-            at(4, 6),
-        ];
-        assert_eq!(region.taxels(), wanted);
-        assert_eq!(region.key(), "ball_of_the_thumb");
-        let triangle =
-            RegionSpec::new("heel").with_outline(vec![[-0.5, -0.5], [-0.5, 3.6], [3.6, -0.5]]);
-        let region = one(triangle, &sensor);
-        // Rows of 4, 3, 2 and 1 taxels.
-        assert_eq!(region.taxels().len(), 10);
-    }
-
-    #[test]
-    fn taxels_make_boxes_and_boxes_make_the_same_taxels() {
-        let sensor = mat();
-        let taxels: Vec<usize> = (0..256)
-            .filter(|t| (t * 7) % 5 < 3 || t / 16 == 4)
-            .collect();
-        let spec = RegionSpec::of_taxels("odd", &taxels, 16);
-        assert_eq!(one(spec, &sensor).taxels(), taxels);
-        let block: Vec<usize> = (3..9)
-            .flat_map(|r| (5..12).map(move |c| r * 16 + c))
-            .collect();
-        assert_eq!(
-            RegionSpec::of_taxels("b", &block, 16).boxes,
-            [[3, 8, 5, 11]]
-        );
-    }
-
-    #[test]
-    fn a_box_goes_across_the_seam_of_a_handle_alone() {
-        let seam = RegionSpec::new("thumb").with_boxes(vec![[0, 1, 14, 1]]);
-        let handle = mat().edited(|spec| {
-            spec.array.pitch_mm = [8.0, 8.0];
-            spec.array.geometry = Some(Geometry::cylinder(Rings::Rows, 41.0));
-        });
-        let region = one(seam.clone(), &handle.unwrap());
-        assert_eq!(region.taxels(), [0, 1, 14, 15, 16, 17, 30, 31]);
-        let error = Region::all(&[seam], &mat()).unwrap_err().to_string();
-        assert!(
-            error.contains("`thumb`") && error.contains("[0, 1, 14, 1]"),
-            "{error}"
-        );
-    }
-
-    #[test]
-    fn regions_that_cannot_be_are_refused_in_words() {
-        let sensor = mat();
-        let refused = |specs: &[RegionSpec], words: &str| {
-            let error = Region::all(specs, &sensor).unwrap_err().to_string();
-            assert!(error.contains(words), "{error}");
-        };
-        let thumb = || RegionSpec::new("Thumb").with_boxes(vec![[0, 1, 0, 1]]);
-        refused(&[RegionSpec::new(" ")], "number 1 has no name");
-        refused(&[RegionSpec::new("thumb")], "holds no taxel");
-        refused(
-            &[
-                thumb(),
-                RegionSpec {
-                    name: "thumb ".into(),
-                    ..thumb()
-                },
-            ],
-            "twice",
-        );
-        refused(&[thumb().with_boxes(vec![[0, 16, 0, 1]])], "rows 0 to 15");
-        refused(
-            &[thumb().with_outline(vec![[0.0, 0.0], [1.0, 1.0]])],
-            "2 corners",
-        );
-        refused(
-            &[thumb().with_outline(vec![[0.0, f64::NAN], [1.0, 1.0], [2.0, 0.0]])],
-            "NaN",
-        );
-        let holes = sensor.edited(|spec| {
-            let hole = |r: usize| if r < 2 { vec![0.0; 16] } else { vec![1.0; 16] };
-            spec.array.population = Some(Population::Each((0..16).map(hole).collect()));
-        });
-        let error = Region::all(&[thumb()], &holes.unwrap())
-            .unwrap_err()
-            .to_string();
-        assert!(error.contains("holds no taxel"), "{error}");
-    }
-}
+mod tests;

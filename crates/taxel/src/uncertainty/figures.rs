@@ -215,11 +215,12 @@ impl FigureErrors {
     /// When a frame's shape is not the sensor's.
     pub fn of_region(&mut self, loads: &Frame<Newtons>, region: &Region) -> FigureError {
         let is_bounded = |&taxel: &usize| loads.marks()[taxel] != Mark::Saturated;
-        if !self.is_looked_at || !region.taxels().iter().all(is_bounded) {
+        let here = region.taxels_at(loads.sequence);
+        if !self.is_looked_at || !here.iter().all(is_bounded) {
             return FigureError::unbounded();
         }
         self.weights.fill(0.0);
-        for &taxel in region.taxels() {
+        for &taxel in here {
             self.weights[taxel] = f64::from(u8::from(is_usable(loads.marks()[taxel])));
         }
         self.of_sum(loads)
