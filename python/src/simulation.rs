@@ -115,7 +115,7 @@ impl Drawing {
     fn pattern(&self) -> PyResult<Pattern> {
         let found = Pattern::named(&self.pattern).ok_or_else(|| {
             errors::other(format!(
-                "no pattern `{}`\nhint: hand, grip, fingers, feet, uniform, random, blobs, press",
+                "no pattern `{}`\nhint: hand, grip, regrip, fingers, feet, uniform, random, blobs, press",
                 self.pattern
             ))
         })?;

@@ -126,7 +126,7 @@ def simulate(
         The sensor; it needs a load law.
     loads : array of frames × rows × columns, or of rows × columns, optional
         What presses, newtons; without it a pattern does.
-    pattern : {"hand", "grip", "fingers", "feet", "uniform", "random", "blobs", "press"}
+    pattern : {"hand", "grip", "regrip", "fingers", "feet", "uniform", "random", "blobs", "press"}
         What presses.
     frames : int
         Frames of the pattern.

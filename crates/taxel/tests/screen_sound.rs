@@ -9,7 +9,7 @@ use taxel::{Counts, Frame, Mark, Sensor};
 
 const FRAMES: u64 = 40;
 
-const PATTERNS: [&str; 8] = Pattern::NAMES;
+const PATTERNS: [&str; 9] = Pattern::NAMES;
 
 /// Frames, and what lies on them.
 type Recording = Vec<(Frame<Counts>, Frame<Grams>)>;

@@ -36,7 +36,7 @@ pub(crate) struct Args {
     /// Simulate this many frames instead
     #[arg(long, value_name = "N", conflicts_with_all = ["presses", "rows"])]
     simulate: Option<u64>,
-    /// What presses on the simulated array: blobs, hand, grip, fingers, feet, random, press, uniform
+    /// What presses on the simulated array: blobs, hand, grip, regrip, fingers, feet, random, press, uniform
     #[arg(
         long,
         value_name = "NAME",
@@ -175,7 +175,7 @@ fn simulate(args: &Args, sensor: &taxel::Sensor, frames: u64) -> Result<Exit, Er
     let Some(pattern) = Pattern::named(&args.pattern) else {
         return Err(Error::Arguments {
             what: format!("no pattern `{}`", args.pattern),
-            hint: "known: blobs, hand, grip, fingers, feet, random, press, uniform",
+            hint: "known: blobs, hand, grip, regrip, fingers, feet, random, press, uniform",
         });
     };
     let in_file = |source| taxel_app::Error::InFile {

@@ -258,8 +258,8 @@ fn flags_of_simulate() {
           --sensor <FILE|PRESET>   Sensor file, or the name of a preset
           --conductance <FILE>     Conductances to scan, siemens (.csv, .npy, .npz, - for standard
                                    input)
-          --pattern <PATTERN>      What presses on the array [possible values: hand, grip, fingers,
-                                   feet, uniform, random, blobs, press]
+          --pattern <PATTERN>      What presses on the array [possible values: hand, grip, regrip,
+                                   fingers, feet, uniform, random, blobs, press]
           --unit <UNIT>            What to write: V_out in volts (before any noise), or the converter's
                                    counts. Default: volts for --conductance, counts for --pattern
                                    [possible values: volts, counts]

@@ -40,9 +40,35 @@ pub(super) const HAND_GROUPS: usize = 6;
 /// Heel and forefoot.
 pub(super) const FOOT_GROUPS: usize = 2;
 const THUMB: usize = 5;
-/// What they are called.
-pub(super) const HAND_GROUP_NAMES: [&str; HAND_GROUPS] =
-    ["palm", "index", "middle", "ring", "little", "thumb"];
+/// What a pad of a hand is called: the part of the hand, and of a finger the phalanx.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PadNames {
+    pub(super) part: &'static str,
+    pub(super) phalanx: &'static str,
+}
+
+/// Of each pad of [`hand`], in its order.
+pub(super) fn hand_pad_names() -> Vec<PadNames> {
+    let pad = |part, phalanx| PadNames { part, phalanx };
+    let same = |part| pad(part, part);
+    let mut names = vec![same("palm"), same("palm"), same("thumb"), same("thumb")];
+    for (part, phalanges) in [
+        ("index", ["index proximal", "index middle", "index distal"]),
+        (
+            "middle",
+            ["middle proximal", "middle middle", "middle distal"],
+        ),
+        ("ring", ["ring proximal", "ring middle", "ring distal"]),
+        (
+            "little",
+            ["little proximal", "little middle", "little distal"],
+        ),
+    ] {
+        names.push(same("palm"));
+        names.extend(phalanges.map(|phalanx| pad(part, phalanx)));
+    }
+    names
+}
 
 /// A right hand around a cylinder, unrolled: the fingers reach round one way, the thumb the other.
 pub(super) fn hand() -> Drawing {
@@ -172,31 +198,42 @@ impl Drawing {
     /// that is left. Each pad's pressure is times its group's level, p = share · level · (1 − ρ²)^1.5 inside its
     /// ellipse, and the highest of overlapping pads counts. Row by row, 0 to 1.
     pub(super) fn lay(&self, array: &Array, place: [f64; 2], levels: &[f64]) -> Vec<f64> {
-        let laid = self.lay_groups(array, place, levels);
+        let laid = self.lay_pads(array, place, levels);
         laid.into_iter().map(|(share, _)| share).collect()
     }
 
-    /// The same with the group whose pad counts; of a taxel without a load the first.
-    pub(super) fn lay_groups(
-        &self,
-        array: &Array,
-        place: [f64; 2],
-        levels: &[f64],
-    ) -> Vec<(f64, usize)> {
+    /// Lengths across the rows' side and the columns' side, how they lie, and by how much the drawing is reduced.
+    fn fit(&self, array: &Array) -> ([f64; 2], [usize; 2], f64) {
         let side = [
             array.rows as f64 * array.pitch_mm[0],
             array.columns as f64 * array.pitch_mm[1],
         ];
         // The axis of the array (0: across the rows) that the drawing's length goes along.
         let long = usize::from(side[1] >= side[0]);
-        let axes = [long, 1 - long];
         let scale = (side[long] / self.size[0])
             .min(side[1 - long] / self.size[1])
             .min(1.0);
+        (side, [long, 1 - long], scale)
+    }
+
+    /// How far it can be moved on an array, mm along the drawing and across it.
+    pub(super) fn room_mm(&self, array: &Array) -> [f64; 2] {
+        let (side, axes, scale) = self.fit(array);
+        [0, 1].map(|from| side[axes[from]] - scale * self.size[from])
+    }
+
+    /// The same with the pad that counts; of a taxel without a load the first.
+    pub(super) fn lay_pads(
+        &self,
+        array: &Array,
+        place: [f64; 2],
+        levels: &[f64],
+    ) -> Vec<(f64, usize)> {
+        let (side, axes, scale) = self.fit(array);
         let mut shares = vec![(0.0, 0); array.rows * array.columns];
-        for pad in &self.pads {
+        for (number, pad) in self.pads.iter().enumerate() {
             let (mut centre, mut half) = ([0.0; 2], [0.0; 2]);
-            for (from, &to) in axes.iter().enumerate() {
+            for (from, to) in axes.into_iter().enumerate() {
                 let room = side[to] - scale * self.size[from];
                 centre[to] = scale * pad.centre[from] + room * place[from];
                 // A pad between taxels still presses the nearest one.
@@ -206,7 +243,7 @@ impl Drawing {
                 array,
                 centre,
                 half,
-                (pad.share * levels[pad.group], pad.group),
+                (pad.share * levels[pad.group], number),
                 &mut shares,
             );
         }
@@ -218,7 +255,7 @@ fn add_ellipse(
     array: &Array,
     centre: [f64; 2],
     half: [f64; 2],
-    (share, group): (f64, usize),
+    (share, number): (f64, usize),
     shares: &mut [(f64, usize)],
 ) {
     for (taxel, value) in shares.iter_mut().enumerate() {
@@ -232,7 +269,7 @@ fn add_ellipse(
         if distance < 1.0 {
             let own = share * (1.0 - distance).powf(1.5);
             if own > value.0 {
-                *value = (own, group);
+                *value = (own, number);
             }
         }
     }

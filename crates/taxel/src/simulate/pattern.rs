@@ -28,6 +28,13 @@ pub enum PatternKind {
         /// How long they hold, seconds; above 8 s the pause after it stays 12 s long.
         hold_secs: f64,
     },
+    /// A hand as [`Self::Hand`] that lets go and grips anew elsewhere, and slides while it holds.
+    Regrip {
+        /// Frames from one grip to the next.
+        frames_per_grip: u64,
+        /// How far it slides during each hold at most, mm; less where the array has no room.
+        slide_mm: f64,
+    },
     /// Finger tips, each with a slow rhythm of its own.
     Fingers {
         /// 1 to 5.
@@ -73,8 +80,8 @@ pub struct Pattern {
 
 impl Pattern {
     /// The names that [`Self::named`] knows.
-    pub const NAMES: [&str; 8] = [
-        "hand", "grip", "fingers", "feet", "uniform", "random", "blobs", "press",
+    pub const NAMES: [&str; 9] = [
+        "hand", "grip", "regrip", "fingers", "feet", "uniform", "random", "blobs", "press",
     ];
 
     /// A pattern of its natural height.
@@ -102,6 +109,10 @@ impl Pattern {
         Some(match name {
             "hand" => Self::hand(),
             "grip" => Self::new(PatternKind::Grip { hold_secs: 8.0 }),
+            "regrip" => Self::new(PatternKind::Regrip {
+                frames_per_grip: 160,
+                slide_mm: 12.0,
+            }),
             "fingers" => Self::new(PatternKind::Fingers { tips: 5 }),
             "feet" => Self::new(PatternKind::Feet { soles: 2 }),
             "uniform" => Self::new(PatternKind::Uniform),
@@ -129,7 +140,9 @@ impl Pattern {
     /// had to be reduced sums to less.
     pub fn peak_of(&self, array: &Array) -> f64 {
         let natural_kilopascals = match self.kind {
-            PatternKind::Hand { .. } | PatternKind::Grip { .. } => 400.0,
+            PatternKind::Hand { .. } | PatternKind::Grip { .. } | PatternKind::Regrip { .. } => {
+                400.0
+            }
             PatternKind::Fingers { .. } => 250.0,
             PatternKind::Feet { .. } => 210.0,
             _ => f64::INFINITY,
@@ -145,14 +158,13 @@ impl Pattern {
         let peak = self.peak_of(array);
         let shape = &mut generator(seed, Purpose::Shape, 0);
         let contacts = &mut generator(seed, Purpose::Contacts, frame);
+        if let Some(hand) = self.drawn_hand(array, seed, frame) {
+            let shares = hand.drawing.lay(array, hand.place, &hand.levels);
+            return frame_of(array, peak, shares, frame);
+        }
         let shares = match self.kind {
-            PatternKind::Hand { frames_per_grip } => {
-                let hand = hand(shape, frames_per_grip, frame);
-                hand.drawing.lay(array, hand.place, &hand.levels)
-            }
-            PatternKind::Grip { hold_secs } => {
-                let hand = person(shape, seed, frame, hold_secs);
-                hand.drawing.lay(array, hand.place, &hand.levels)
+            PatternKind::Hand { .. } | PatternKind::Grip { .. } | PatternKind::Regrip { .. } => {
+                unreachable!("a hand was drawn")
             }
             PatternKind::Fingers { tips } => {
                 let levels = rhythm(shape, 5, 0.3, frame);
@@ -185,18 +197,66 @@ impl Pattern {
         seed: u64,
         frame: u64,
     ) -> Option<Vec<Option<&'static str>>> {
-        let shape = &mut generator(seed, Purpose::Shape, 0);
-        let hand = match self.kind {
-            PatternKind::Hand { frames_per_grip } => hand(shape, frames_per_grip, frame),
-            PatternKind::Grip { hold_secs } => person(shape, seed, frame, hold_secs),
-            _ => return None,
-        };
-        let laid = hand.drawing.lay_groups(array, hand.place, &hand.levels);
-        let name = |(share, group): (f64, usize)| {
-            (share > 0.0).then_some(drawing::HAND_GROUP_NAMES[group])
-        };
+        self.hand_pads(array, seed, frame, |pad| pad.part)
+    }
+
+    /// The same by phalanges: `index proximal`, `index middle`, `index distal`, …, and `palm` and `thumb` as they are.
+    pub fn hand_phalanges(
+        &self,
+        array: &Array,
+        seed: u64,
+        frame: u64,
+    ) -> Option<Vec<Option<&'static str>>> {
+        self.hand_pads(array, seed, frame, |pad| pad.phalanx)
+    }
+
+    fn hand_pads(
+        &self,
+        array: &Array,
+        seed: u64,
+        frame: u64,
+        name: impl Fn(drawing::PadNames) -> &'static str,
+    ) -> Option<Vec<Option<&'static str>>> {
+        let hand = self.drawn_hand(array, seed, frame)?;
+        let laid = hand.drawing.lay_pads(array, hand.place, &hand.levels);
+        let names = drawing::hand_pad_names();
+        let name = |(share, pad): (f64, usize)| (share > 0.0).then(|| name(names[pad]));
         Some(laid.into_iter().map(name).collect())
     }
+
+    /// The hand of a frame, of patterns that draw one.
+    fn drawn_hand(&self, array: &Array, seed: u64, frame: u64) -> Option<DrawnHand> {
+        let shape = &mut generator(seed, Purpose::Shape, 0);
+        match self.kind {
+            PatternKind::Hand { frames_per_grip } => Some(hand(shape, frames_per_grip, frame)),
+            PatternKind::Grip { hold_secs } => Some(person(shape, seed, frame, hold_secs)),
+            PatternKind::Regrip {
+                frames_per_grip,
+                slide_mm,
+            } => {
+                let mut drawn = hand(shape, Some(frames_per_grip), frame);
+                let grips = frame as f64 / frames_per_grip.max(1) as f64;
+                let room = drawn.drawing.room_mm(array);
+                drawn.place = slid(seed, grips, room, slide_mm);
+                Some(drawn)
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Where a hand lies that grips elsewhere every time and slides while it holds: 0 to 1 along and across the room that it has, mm.
+fn slid(seed: u64, grips: f64, room_mm: [f64; 2], slide_mm: f64) -> [f64; 2] {
+    let random = &mut generator(seed, Purpose::Contacts, grips as u64);
+    let place: [f64; 2] = std::array::from_fn(|_| random.random_range(0.1..0.9));
+    let way = random.random_range(0.0..std::f64::consts::TAU);
+    // It slides while it holds: see `grip`.
+    let slid_mm = slide_mm * ((grips.fract() - 0.3) / 0.45).clamp(0.0, 1.0);
+    let by = [way.cos(), way.sin()];
+    std::array::from_fn(|axis| {
+        let by = by[axis] * slid_mm / room_mm[axis].max(1.0);
+        (place[axis] + by).clamp(0.0, 1.0)
+    })
 }
 
 fn frame_of(array: &Array, peak: f64, shares: Vec<f64>, frame: u64) -> Frame<Grams> {

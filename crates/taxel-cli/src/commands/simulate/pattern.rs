@@ -27,6 +27,8 @@ pub(super) enum Name {
     Hand,
     /// A person who grips for 8 s every 20 s, with tremor and fatigue, at 100 frames a second
     Grip,
+    /// A hand that lets go, grips anew elsewhere, and slides by up to 12 mm while it holds
+    Regrip,
     /// Five finger tips
     Fingers,
     /// Two feet, standing
@@ -46,6 +48,7 @@ impl Name {
         let name = match self {
             Name::Hand => "hand",
             Name::Grip => "grip",
+            Name::Regrip => "regrip",
             Name::Fingers => "fingers",
             Name::Feet => "feet",
             Name::Uniform => "uniform",
