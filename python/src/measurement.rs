@@ -1,13 +1,13 @@
 //! `taxel.measure`: forces of a recording over time, as `taxel measure` finds them.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use taxel::sensor::Region;
-use taxel_app::measure::{Measured, Measurement, Settings, TrialsBy, regions_of_file};
+use taxel_app::measure::{Measured, Measurement, Settings, TrialsBy, recording_regions_of_file};
 use taxel_app::methods::MethodName;
-use taxel_app::{Silent, sensor_source};
+use taxel_app::{Error, Silent, sensor_source};
 
 use crate::errors;
 use crate::interrupt::interruptible;
@@ -69,28 +69,20 @@ pub(crate) fn measure<'py>(
     settings.transpose = transpose;
     settings.keep_going = keep_going;
     settings.threads = threads;
+    settings.phalanges = regions.as_deref() == Some(Path::new(PHALANGES));
     let found = interruptible(py, |stop| {
         let (sensor, file) = match sensor {
             Some(sensor) => (sensor.sensor, sensor.file),
             None => sensor_source::of_recording(&recording)?,
         };
-        let own = match &regions {
-            Some(word) if word.as_os_str() == "auto" => Vec::new(),
-            Some(file) => regions_of_file(file, &sensor)?,
-            None => sensor.regions().to_vec(),
-        };
         let mut measured = Measured {
             recording: &recording,
             sensor: &sensor,
             sensor_file: &file,
-            regions: &own,
+            regions: &[],
         };
-        let found;
-        if regions.is_some_and(|word| word.as_os_str() == "auto") {
-            let parts = measured.find_regions(&settings, &Silent, &|| stop.is_set())?;
-            found = Region::all(&parts, &sensor)?;
-            measured.regions = &found;
-        }
+        let own = own_regions(&measured, regions.as_deref(), &settings, &|| stop.is_set())?;
+        measured.regions = &own;
         let found = measured.measure(&settings, &Silent, &|| stop.is_set())?;
         Ok(told(&found))
     })?;
@@ -98,6 +90,28 @@ pub(crate) fn measure<'py>(
     let columns = columns.into_iter();
     let columns = columns.map(|(name, values)| (name, PyArray1::from_vec(py, values)));
     Ok((columns.collect(), trials, tally))
+}
+
+/// Words in place of a file of regions: they are found, and cut at the joints of fingers.
+const AUTO: &str = "auto";
+const PHALANGES: &str = "phalanges";
+
+/// Regions that are found, of a file, or of the sensor.
+fn own_regions(
+    all: &Measured,
+    word: Option<&Path>,
+    settings: &Settings,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> Result<Vec<Region>, Error> {
+    let is_found = |word: &Path| word == Path::new(AUTO) || word == Path::new(PHALANGES);
+    match word {
+        None => Ok(all.sensor.regions().to_vec()),
+        Some(word) if is_found(word) => {
+            let found = all.find_regions(settings, &Silent, is_stopped)?;
+            Ok(Region::of_recording(&found.regions, all.sensor)?)
+        }
+        Some(file) => recording_regions_of_file(file, all.sensor),
+    }
 }
 
 fn told(found: &Measurement) -> (Vec<(String, Vec<f64>)>, String, String) {

@@ -61,9 +61,9 @@ def measure(
         A recording of counts.
     sensor : Sensor, str, path or dict, optional
         Its sensor; without it the recording brings its own.
-    regions : path or "auto", optional
-        A TOML file of named regions, or ``"auto"``: the parts of a hand, else the contacts, as ``taxel measure --regions auto``
-        finds them; without it those of the sensor file.
+    regions : path, "auto" or "phalanges", optional
+        A TOML file of named regions, or ``"auto"``: the parts of a hand or of feet, else the contacts, as ``taxel measure --regions auto``
+        finds them; ``"phalanges"``: the same with fingers cut at their joints; without it those of the sensor file.
     trials : str
         ``force`` (where it rises and falls), ``marks``, ``whole``, or seconds such as ``2.5..10.5,20..28``.
     trial_force : float, optional

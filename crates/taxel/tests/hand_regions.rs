@@ -21,6 +21,47 @@ fn handle(pitch_mm: f64) -> Sensor {
         .unwrap()
 }
 
+/// Each finger of a held hand shows its three phalanges, with their forces; a finger that shows fewer stays whole.
+#[test]
+fn phalanges_are_told_where_a_finger_shows_three() {
+    let (mut worst, mut least) = (0f64, 1f64);
+    for (pitch_mm, seeds) in [(2.0, 1..=10), (1.4, 11..=20)] {
+        let sensor = handle(pitch_mm);
+        for seed in seeds {
+            let pattern = Pattern::new(PatternKind::Hand {
+                frames_per_grip: None,
+            });
+            let loads = pattern.loads(sensor.array(), seed, 10);
+            let values = loads.values().iter().map(|g| newtons_from_grams(*g));
+            let map = Frame::new(64, 128, values.collect()).unwrap();
+            let mut touched = contacts(&map, &sensor, &ContactOptions::default());
+            let found = hand(&touched, &sensor).unwrap().phalanges(&touched);
+            assert_eq!(found.len(), 2 + 4 * 3, "seed {seed}");
+            let truth = pattern.hand_phalanges(sensor.array(), seed, 10).unwrap();
+            let truth = truth.iter().enumerate();
+            let truth = sums(&map, truth.filter_map(|(t, part)| Some((t, (*part)?))));
+            for part in found.iter().filter(|part| part.name.contains(' ')) {
+                let newtons: f64 = part.taxels.iter().map(|&t| map.values()[t]).sum();
+                let off = newtons / truth[part.name.as_str()] - 1.0;
+                worst = worst.max(off.abs());
+                least = least.min(part.confidence.unwrap());
+            }
+            // Without its last joint the middle finger is one region.
+            let middle = found.iter().find(|p| p.name == "middle proximal").unwrap();
+            touched.retain(|contact| contact.taxels != middle.taxels);
+            if let Some(found) = hand(&touched, &sensor) {
+                let names = found.phalanges(&touched);
+                assert!(
+                    names.iter().any(|part| part.name == "middle"),
+                    "seed {seed}"
+                );
+            }
+        }
+    }
+    println!("phalanges {worst:.4} off at most, confidence {least:.2} at least");
+    assert!(worst < 0.023 && least > 0.57);
+}
+
 /// How a drawn hand lies: moved round the handle by some columns, with its fingers the other way, as a left hand.
 #[derive(Debug, Clone, Copy)]
 struct Lies {
@@ -82,9 +123,11 @@ fn each_part_of_a_hand_has_its_force() {
                     left,
                 };
                 let (map, parts) = drawn(&sensor, seed, lies);
-                let found = contacts(&map, &sensor, &ContactOptions::default());
-                let found = hand(&found, &sensor);
+                let touched = contacts(&map, &sensor, &ContactOptions::default());
+                let found = hand(&touched, &sensor);
                 let found = found.unwrap_or_else(|| panic!("no hand of seed {seed}, {lies:?}"));
+                let found = found.parts(&touched).into_iter();
+                let found: Vec<_> = found.map(|part| part.region(128)).collect();
                 let regions = Region::all(&found, &sensor).unwrap();
                 let names: Vec<&str> = regions.iter().map(Region::name).collect();
                 assert_eq!(names, HAND_PARTS, "seed {seed}, {lies:?}");

@@ -71,7 +71,9 @@ impl AttemptFile<'_> {
         let found = self
             .measured(&[])
             .find_regions(&self.settings(false), &Silent, &|| false);
-        let regions = found.ok().map(|found| Region::all(&found, self.sensor));
+        let regions = found
+            .ok()
+            .map(|found| Region::of_recording(&found.regions, self.sensor));
         regions.and_then(Result::ok).unwrap_or_default()
     }
 

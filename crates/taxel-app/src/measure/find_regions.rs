@@ -1,8 +1,12 @@
-//! Regions of a recording that nobody has drawn: the parts of a hand, else its contacts.
+//! Regions of a recording that nobody has drawn: the parts of a hand or of feet, else its contacts.
 
-use taxel::segment::{ContactOptions, contacts, hand};
+use taxel::segment::{
+    ContactOptions, Segmenter, Window, WindowOptions, Windows, feet, joined_contacts, joined_hand,
+};
 use taxel::sensor::RegionSpec;
+use taxel::{Frame, Newtons};
 
+use super::mean::Mean;
 use super::{Measured, Settings};
 use crate::error::Error;
 use crate::reporter::Reporter;
@@ -13,9 +17,34 @@ const MAX_CONTACTS: usize = 16;
 /// In the mean of all frames a contact is pressed above this share of what counts as touched: it may be there in a tenth of them.
 const PRESSED_SHARE: f64 = 0.1;
 
+/// What was found in a recording.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct FoundRegions {
+    /// What it was taken for.
+    pub kind: FoundKind,
+    /// Its regions; one that moves is there once for each window of time.
+    pub regions: Vec<RegionSpec>,
+    /// Windows of time in each of which it lies still.
+    pub windows: usize,
+}
+
+/// What a recording is taken for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum FoundKind {
+    /// A hand, gripping.
+    Hand,
+    /// Feet.
+    Feet,
+    /// Contacts of something.
+    Contacts,
+}
+
 impl Measured<'_> {
-    /// The regions of the mean of all frames with an answer: palm, thumb and fingers where four fingers lie side by side around a
-    /// handle, else its contacts, the heaviest first.
+    /// The regions of a recording, by the frames with an answer: palm, thumb and fingers where four fingers lie side by side; heel,
+    /// midfoot, forefoot and toes of feet on a flat sensor; else its contacts, the heaviest first. What moves is found in each
+    /// window of time in which it lies still, and keeps its names.
     ///
     /// # Errors
     /// As [`Measured::measure`]; a recording in which nobody presses.
@@ -24,26 +53,55 @@ impl Measured<'_> {
         settings: &Settings,
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
-    ) -> Result<Vec<RegionSpec>, Error> {
+    ) -> Result<FoundRegions, Error> {
         let survey = self.survey(settings, reporter)?;
-        let (map, _) = self.mean_loads(settings, None, &survey, reporter, is_stopped)?;
-        let mut found = contacts(&map, self.sensor, &ContactOptions::default());
-        let is_pressed = |newtons: f64| newtons > PRESSED_SHARE * settings.touched_newtons;
-        found.retain(|contact| is_pressed(contact.highest_newtons));
-        if let Some(parts) = hand(&found, self.sensor) {
-            return Ok(parts);
-        }
-        found.truncate(MAX_CONTACTS);
-        if found.is_empty() {
+        let segmenter = Segmenter::new(self.sensor);
+        let mut windows = Windows::new(segmenter.clone(), WindowOptions::default());
+        let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
+        let mut mean = Mean::new(rows, columns);
+        let mut loads = Frame::<Newtons>::zeros(rows, columns);
+        self.look_at_loads(settings, &survey, reporter, is_stopped, |frame, _| {
+            loads.values_mut().copy_from_slice(frame.shown.values());
+            loads.marks_mut().copy_from_slice(frame.shown.marks());
+            windows.add(frame.sequence(), &loads, frame.is_answer());
+            if frame.is_answer() {
+                mean.add(frame);
+            }
+        })?;
+        let (mean, _) = mean.finish();
+        let found = found(&windows.finish(), &mean, &segmenter, settings);
+        if found.regions.is_empty() {
             return Err(Error::Request {
                 what: format!("{}: no region is pressed", self.recording.display()),
                 hint: "regions can be drawn in a file: a [[region]] each, with `name`, and `boxes` or `outline`",
             });
         }
-        let columns = self.sensor.columns();
-        let named = found.iter().enumerate().map(|(at, contact)| {
-            RegionSpec::of_taxels(format!("contact {}", at + 1), &contact.taxels, columns)
-        });
-        Ok(named.collect())
+        Ok(found)
     }
+}
+
+fn found(
+    windows: &[Window],
+    mean: &Frame<Newtons>,
+    segmenter: &Segmenter,
+    settings: &Settings,
+) -> FoundRegions {
+    let least_newtons = PRESSED_SHARE * settings.touched_newtons;
+    let of = |kind, regions, windows| FoundRegions {
+        kind,
+        regions,
+        windows,
+    };
+    if let Some(hand) = joined_hand(windows, segmenter, least_newtons, settings.phalanges) {
+        return of(FoundKind::Hand, hand, windows.len());
+    }
+    let is_pressed = mean.values().iter().any(|load| *load > least_newtons);
+    let parts = is_pressed.then(|| feet(mean, segmenter, &ContactOptions::default()));
+    if let Some(parts) = parts.flatten() {
+        let columns = segmenter.sensor().columns();
+        let regions = parts.iter().map(|part| part.region(columns)).collect();
+        return of(FoundKind::Feet, regions, 1);
+    }
+    let contacts = joined_contacts(windows, segmenter, least_newtons, MAX_CONTACTS);
+    of(FoundKind::Contacts, contacts, windows.len())
 }

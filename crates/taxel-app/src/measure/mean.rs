@@ -36,6 +36,29 @@ impl Measured<'_> {
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<(Frame<Newtons>, u64), Error> {
+        let mut mean = Mean::new(self.sensor.rows(), self.sensor.columns());
+        self.look_at_loads(settings, survey, reporter, is_stopped, |frame, since| {
+            let is_within = window
+                .is_none_or(|[from, to]| since.is_some_and(|since| (from..=to).contains(&since)));
+            if is_within && frame.is_answer() {
+                mean.add(frame);
+            }
+        })?;
+        Ok(mean.finish())
+    }
+
+    /// A pass over all frames for their loads alone; `take` has each with its seconds since the first, where times are told.
+    ///
+    /// # Errors
+    /// As [`Measured::measure`]; a recording that can be read once only.
+    pub(super) fn look_at_loads(
+        &self,
+        settings: &Settings,
+        survey: &Survey,
+        reporter: &dyn Reporter,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+        mut take: impl FnMut(&Converted, Option<f64>),
+    ) -> Result<(), Error> {
         let input = self.input(settings);
         if !input.can_be_read_twice() {
             return Err(Error::Request {
@@ -52,33 +75,26 @@ impl Measured<'_> {
         let conversion = Conversion::new(request, survey)?;
         let mut reading = input.open()?;
         let stage = reporter.stage("looking at all frames");
-        let mut mean = Mean::new(self.sensor.rows(), self.sensor.columns());
         let mut first = None;
         conversion.run(&mut reading, &*stage, |frame| {
             let secs = settings.secs_of(frame);
             let first = *first.get_or_insert(secs);
-            let is_within = window.is_none_or(|[from, to]| {
-                let since = secs.zip(first).map(|(secs, first)| secs - first);
-                since.is_some_and(|since| (from..=to).contains(&since))
-            });
-            if is_within && frame.is_answer() {
-                mean.add(frame);
-            }
+            let since = secs.zip(first).map(|(secs, first)| secs - first);
+            take(frame, since);
             Ok(())
-        })?;
-        Ok(mean.finish())
+        })
     }
 }
 
 /// Sums and counts of every taxel.
-struct Mean {
+pub(super) struct Mean {
     sums: Frame<Newtons>,
     counts: Vec<u32>,
     frames: u64,
 }
 
 impl Mean {
-    fn new(rows: usize, columns: usize) -> Self {
+    pub(super) fn new(rows: usize, columns: usize) -> Self {
         let mut sums = Frame::zeros(rows, columns);
         sums.marks_mut().fill(Mark::Absent);
         Self {
@@ -88,7 +104,7 @@ impl Mean {
         }
     }
 
-    fn add(&mut self, frame: &Converted) {
+    pub(super) fn add(&mut self, frame: &Converted) {
         self.frames += 1;
         let each = frame.shown.values().iter().zip(frame.shown.marks());
         for (taxel, (load, mark)) in each.enumerate() {
@@ -100,7 +116,8 @@ impl Mean {
         }
     }
 
-    fn finish(mut self) -> (Frame<Newtons>, u64) {
+    /// The mean of each, marked absent where none was read, and of how many frames.
+    pub(super) fn finish(mut self) -> (Frame<Newtons>, u64) {
         let each = self.sums.values_mut().iter_mut().zip(&self.counts);
         each.for_each(|(sum, count)| *sum /= f64::from(*count).max(1.0));
         (self.sums, self.frames)

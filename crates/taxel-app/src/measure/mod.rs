@@ -27,9 +27,10 @@ use crate::reporter::Reporter;
 use crate::simulated::simulated_source;
 use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
+pub use find_regions::{FoundKind, FoundRegions};
 pub use reference::Reference;
 pub(crate) use regions_file::region_specs_of_file;
-pub use regions_file::{regions_of_file, regions_to_toml};
+pub use regions_file::{recording_regions_of_file, regions_of_file, regions_to_toml};
 pub use series::{ForceSeries, Series};
 pub use trials::{ForceOverTime, PlateauFigures, Trial};
 
@@ -61,6 +62,8 @@ pub struct Settings {
     pub keep_going: bool,
     /// Threads, at most; `None`: one for each core.
     pub threads: Option<usize>,
+    /// Whether fingers that are found are cut into their phalanges.
+    pub phalanges: bool,
 }
 
 /// Where trials begin and end.
@@ -127,6 +130,7 @@ impl Default for Settings {
             transpose: false,
             keep_going: false,
             threads: None,
+            phalanges: false,
         }
     }
 }

@@ -39,6 +39,18 @@ pub fn regions_of_file(file: &Path, sensor: &Sensor) -> Result<Vec<Region>, Erro
     })
 }
 
+/// The same of a recording: regions that move in it are there once for each window of time, with `frames`.
+///
+/// # Errors
+/// As [`regions_of_file`]; two windows of one region that overlap.
+pub fn recording_regions_of_file(file: &Path, sensor: &Sensor) -> Result<Vec<Region>, Error> {
+    let specs = region_specs_of_file(file)?;
+    Region::of_recording(&specs, sensor).map_err(|source| Error::InFile {
+        file: file.to_owned(),
+        source,
+    })
+}
+
 /// The same as the file says them, whatever the sensor.
 pub(crate) fn region_specs_of_file(file: &Path) -> Result<Vec<RegionSpec>, Error> {
     let text = text_file::read(file, "a file of regions", MAX)?;

@@ -17,7 +17,10 @@ use crate::outputs::{Files, check_ending};
 use crate::progress::Terminal;
 use crate::{Exit, out, recorded};
 use report::Report;
-use taxel_app::measure::{Measured, Settings, TrialsBy, regions_of_file, regions_to_toml};
+use taxel_app::measure::{
+    FoundKind, FoundRegions, Measured, Settings, TrialsBy, recording_regions_of_file,
+    regions_to_toml,
+};
 use taxel_app::methods::MethodName;
 
 /// Measure forces over time: total, grip, fingers; peak, plateau, fatigue of each trial
@@ -40,9 +43,9 @@ pub(crate) struct Args {
     /// Where to write the forces over time as a picture (.png, .svg, .pdf)
     #[arg(long, value_name = "FILE")]
     picture: Option<PathBuf>,
-    /// File of named regions (.toml), or `auto`: palm, thumb and fingers of a hand around a handle, else contacts; without it
-    /// those of the sensor file
-    #[arg(long, value_name = "FILE|auto")]
+    /// File of named regions (.toml), or `auto`: palm, thumb and fingers of a hand, heel to toes of feet on a flat sensor, else
+    /// contacts; `phalanges`: the same with each finger cut at its joints; without it those of the sensor file
+    #[arg(long, value_name = "FILE|auto|phalanges")]
     regions: Option<PathBuf>,
     /// Where to write the regions that were found, to be renamed and redrawn (.toml)
     #[arg(long, value_name = "FILE", requires = "regions")]
@@ -161,8 +164,8 @@ fn regions(
     let Some(file) = &args.regions else {
         return Ok(sensor.regions().to_vec());
     };
-    if file != Path::new(AUTO) {
-        return Ok(regions_of_file(file, sensor)?);
+    if !is_found(file) {
+        return Ok(recording_regions_of_file(file, sensor)?);
     }
     let all = Measured {
         recording: &args.recording,
@@ -171,24 +174,45 @@ fn regions(
         regions: &[],
     };
     let found = all.find_regions(settings, &Terminal, &|| false)?;
-    let names: Vec<&str> = found.iter().map(|region| region.name.as_str()).collect();
-    let confidence = found.first().and_then(|region| region.confidence);
-    out::note(&match confidence {
-        Some(confidence) => format!(
-            "a hand, with a confidence of {confidence}: {}; --write-regions keeps them to be looked at",
-            names.join(", ")
-        ),
-        None => format!("no hand; regions: {}", names.join(", ")),
-    });
+    let regions = Region::of_recording(&found.regions, sensor)?;
+    out::note(&words(&found, &regions));
     if let Some(file) = &args.write_regions {
-        out::file(file, regions_to_toml(&found).as_bytes())?;
+        out::file(file, regions_to_toml(&found.regions).as_bytes())?;
         out::note(&format!("wrote {}", file.display()));
     }
-    Ok(Region::all(&found, sensor)?)
+    Ok(regions)
 }
 
-/// The word for regions that are found, in place of a file's name.
+/// What was found, and how sure that is.
+fn words(found: &FoundRegions, regions: &[Region]) -> String {
+    let what = match found.kind {
+        FoundKind::Hand => "a hand",
+        FoundKind::Feet => "a footprint or more",
+        _ => "no hand and no foot; regions",
+    };
+    let names: Vec<&str> = regions.iter().map(Region::name).collect();
+    let least = regions
+        .iter()
+        .filter_map(Region::confidence)
+        .reduce(f64::min);
+    let sure = least.map_or(String::new(), |c| {
+        format!(", with a confidence of {c} or more")
+    });
+    let moves = match found.windows {
+        0 | 1 => String::new(),
+        windows => format!("; it moves, and is cut into {windows} windows of time"),
+    };
+    let names = names.join(", ");
+    format!("{what}{sure}: {names}{moves}; --write-regions keeps them to be looked at")
+}
+
+/// The words for regions that are found, in place of a file's name: as parts, and with fingers cut at their joints.
 const AUTO: &str = "auto";
+const PHALANGES: &str = "phalanges";
+
+fn is_found(word: &Path) -> bool {
+    word == Path::new(AUTO) || word == Path::new(PHALANGES)
+}
 
 fn settings(args: &Args) -> Settings {
     let mut settings = Settings::default();
@@ -205,6 +229,7 @@ fn settings(args: &Args) -> Settings {
     settings.transpose = args.transpose;
     settings.keep_going = args.keep_going;
     settings.threads = args.threads.map(usize::from);
+    settings.phalanges = args.regions.as_deref() == Some(Path::new(PHALANGES));
     settings
 }
 
@@ -214,7 +239,7 @@ fn check(args: &Args) -> Result<(), Error> {
         let hint = "a table is written as text, as a sheet, as Parquet or as JSON";
         check_ending("-o", file, &["csv", "parquet", "xlsx", "json"], hint)?;
     }
-    let is_auto = args.regions.as_deref() == Some(Path::new(AUTO));
+    let is_auto = args.regions.as_deref().is_some_and(is_found);
     if let Some(file) = &args.write_regions {
         check_ending(
             "--write-regions",

@@ -15,6 +15,7 @@ mod diodes;
 mod evaluate;
 mod exports;
 mod files;
+mod found_regions;
 mod foxglove;
 mod grip;
 mod guided;

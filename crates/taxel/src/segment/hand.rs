@@ -2,11 +2,12 @@
 //!
 //! Four fingers lie side by side around a handle and reach round it one way, the thumb the other; what lies between is the palm.
 //! So the contacts are looked at unrolled: cut where the hand leaves the handle free, once with the fingers at either end. The
-//! far end is to be four rows as wide as fingers; that end is taken which is more so.
+//! far end is to be four rows as wide as fingers; that end is taken which is more so. A flat map is looked at from its four sides:
+//! a mat that is wrapped around a handle and whose file does not say so.
 
+use super::Part;
 use super::watershed::Contact;
 use crate::Sensor;
-use crate::sensor::RegionSpec;
 
 /// The parts that a hand is cut into.
 pub const HAND_PARTS: [&str; 6] = ["palm", "thumb", "index", "middle", "ring", "little"];
@@ -17,6 +18,78 @@ const FINGER_STEP_MM: [f64; 2] = [11.0, 32.0];
 const FINGER_WIDTH_MM: f64 = 9.0;
 /// Joints of a finger that press.
 const PHALANGES: usize = 3;
+/// From the tip inwards.
+const PHALANX_NAMES: [&str; PHALANGES] = ["distal", "middle", "proximal"];
+/// Nobody has looked at it.
+const MAX_CONFIDENCE: f64 = 0.95;
+/// From one joint of a finger to the next, mm.
+const JOINT_STEP_MM: [f64; 2] = [12.0, 45.0];
+/// A hand shows at least so much of its fingers' joints.
+const MIN_SCORE: f64 = 0.6;
+/// From the thumb's tip to its other joint, mm.
+const THUMB_MM: f64 = 35.0;
+/// Lines farther apart than this do not tell one finger from the next, mm: three of them are a small man's finger step.
+const MAX_PITCH_MM: f64 = 7.0;
+/// Fingers begin beyond this share of the hand's length.
+const FINGERS_FROM: f64 = 0.45;
+
+/// A hand that was found in the contacts of a map.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Hand {
+    /// Contacts of palm, thumb, index, middle, ring and little finger; a finger's from its tip inwards.
+    parts: [Vec<usize>; 6],
+    confidence: f64,
+    /// Of each finger how sure its contacts are its phalanges, 0 to 1.
+    joints: [f64; 4],
+}
+
+impl Hand {
+    /// How sure it is a hand, and which end of it the fingers are, 0 to 1.
+    pub fn confidence(&self) -> f64 {
+        self.confidence
+    }
+
+    /// Palm, thumb and fingers, as far as there are any. `contacts`: those that it was found in.
+    ///
+    /// # Panics
+    /// Of other contacts.
+    pub fn parts(&self, contacts: &[Contact]) -> Vec<Part> {
+        let named = HAND_PARTS.iter().zip(&self.parts);
+        let named = named.filter(|(_, taken)| !taken.is_empty());
+        let part = |(name, taken): (&&str, &Vec<usize>)| {
+            Part::new(*name, taxels_of(contacts, taken), Some(self.confidence))
+        };
+        named.map(part).collect()
+    }
+
+    /// The same with each finger cut into its phalanges (`index proximal`, `index middle`, `index distal`), where it shows three
+    /// contacts as far apart as joints are; else the finger stays whole.
+    ///
+    /// # Panics
+    /// Of other contacts.
+    pub fn phalanges(&self, contacts: &[Contact]) -> Vec<Part> {
+        let mut found = Vec::new();
+        for part in self.parts(contacts) {
+            let finger = HAND_PARTS[2..].iter().position(|name| *name == part.name);
+            let shown = finger.filter(|&at| self.joints[at] > 0.0);
+            let Some(at) = shown else {
+                found.push(part);
+                continue;
+            };
+            let confidence = Some(self.confidence * self.joints[at]);
+            for (joint, word) in self.parts[2 + at].iter().zip(PHALANX_NAMES).rev() {
+                let name = format!("{} {word}", part.name);
+                found.push(Part::new(name, taxels_of(contacts, &[*joint]), confidence));
+            }
+        }
+        found
+    }
+}
+
+fn taxels_of(contacts: &[Contact], taken: &[usize]) -> Vec<usize> {
+    let taxels = taken.iter().flat_map(|&at| contacts[at].taxels.clone());
+    taxels.collect()
+}
 
 /// A contact, unrolled.
 #[derive(Debug, Clone, Copy)]
@@ -29,40 +102,71 @@ struct Placed {
     newtons: f64,
 }
 
-/// The parts of a hand in the contacts of a map, as regions with a confidence; `None` where there are no four fingers side by side,
-/// and of a sensor that is no handle.
-pub fn hand(contacts: &[Contact], sensor: &Sensor) -> Option<Vec<RegionSpec>> {
-    let placed = unrolled(contacts, sensor)?;
-    let length = placed.iter().map(|p| p.reach).fold(0.0, f64::max);
-    let turned: Vec<Placed> = placed
+/// The hand in the contacts of a map; `None` where there are no four fingers side by side, and of lines too far apart to show them.
+pub fn hand(contacts: &[Contact], sensor: &Sensor) -> Option<Hand> {
+    if sensor
+        .array()
+        .pitch_mm
         .iter()
-        .map(|p| Placed {
-            reach: length - p.reach,
-            ..*p
-        })
-        .collect();
-    let both = [fingers(&placed), fingers(&turned)];
-    let scores = [0, 1].map(|way| both[way].as_ref().map_or(0.0, |found| found.1));
-    let way = usize::from(scores[1] > scores[0]);
-    let (rows, score) = both.into_iter().nth(way)??;
-    let placed = if way == 0 { placed } else { turned };
-    let margin = (score - scores[1 - way]).clamp(0.0, 1.0);
-    let parts = parts(&placed, &rows);
-    let confidence = ((0.5 + 0.5 * margin) * score).min(MAX_CONFIDENCE);
-    let named = HAND_PARTS
-        .iter()
-        .zip(parts)
-        .filter(|(_, taken)| !taken.is_empty());
-    let region = |(name, taken): (&&str, Vec<usize>)| {
-        let taxels: Vec<usize> = taken
-            .iter()
-            .flat_map(|&c| contacts[c].taxels.clone())
-            .collect();
-        let mut spec = RegionSpec::of_taxels(*name, &taxels, sensor.columns());
-        spec.confidence = Some((100.0 * confidence).round() / 100.0);
-        spec
+        .any(|pitch| *pitch > MAX_PITCH_MM)
+    {
+        return None;
+    }
+    let ways = if sensor.handle().is_some() {
+        let placed = unrolled(contacts, sensor)?;
+        vec![placed.clone(), turned(&placed)]
+    } else {
+        let sides = [0, 1].map(|axis| flat(contacts, sensor, axis));
+        sides
+            .into_iter()
+            .flat_map(|p| [p.clone(), turned(&p)])
+            .collect()
     };
-    Some(named.map(region).collect())
+    let mut found: Vec<_> = ways
+        .iter()
+        .filter_map(|placed| fingers(placed).map(|(rows, score)| (placed, rows, score)))
+        .collect();
+    found.sort_by(|a, b| b.2.total_cmp(&a.2));
+    let second = found.get(1).map_or(0.0, |(_, _, score)| *score);
+    let (placed, rows, score) = found.into_iter().next()?;
+    let margin = (score - second).clamp(0.0, 1.0);
+    let parts = parts(placed, &rows);
+    let joints = [0, 1, 2, 3].map(|finger| {
+        let at = |contact: usize| placed.iter().find(|p| p.contact == contact);
+        let reaches = parts[2 + finger].iter().filter_map(|&c| at(c));
+        joints_confidence(&reaches.map(|p| p.reach).collect::<Vec<_>>())
+    });
+    Some(Hand {
+        parts,
+        confidence: ((0.5 + 0.5 * margin) * score).min(MAX_CONFIDENCE),
+        joints,
+    })
+}
+
+fn turned(placed: &[Placed]) -> Vec<Placed> {
+    let length = placed.iter().map(|p| p.reach).fold(0.0, f64::max);
+    let from_the_end = |p: &Placed| Placed {
+        reach: length - p.reach,
+        ..*p
+    };
+    placed.iter().map(from_the_end).collect()
+}
+
+/// Contacts of a flat map with the fingers along an axis: 0 across the rows, 1 across the columns.
+fn flat(contacts: &[Contact], sensor: &Sensor, axis: usize) -> Vec<Placed> {
+    let place = |contact: &Contact| sensor.place_mm(contact.summit);
+    let first = contacts
+        .iter()
+        .map(|c| place(c)[axis])
+        .fold(f64::INFINITY, f64::min);
+    let each = contacts.iter().enumerate();
+    each.map(|(at, contact)| Placed {
+        contact: at,
+        reach: place(contact)[axis] - first,
+        across: place(contact)[1 - axis],
+        newtons: contact.newtons,
+    })
+    .collect()
 }
 
 /// Contacts round the handle from where the hand leaves it free, mm.
@@ -116,7 +220,7 @@ fn after_longest_gap(is_touched: &[bool]) -> Option<usize> {
 fn fingers(placed: &[Placed]) -> Option<(Vec<Vec<usize>>, f64)> {
     let length = placed.iter().map(|p| p.reach).fold(0.0, f64::max);
     let mut far: Vec<usize> = (0..placed.len())
-        .filter(|&p| placed[p].reach > 0.45 * length)
+        .filter(|&p| placed[p].reach > FINGERS_FROM * length)
         .collect();
     far.sort_by(|a, b| placed[*a].across.total_cmp(&placed[*b].across));
     let rows = four_rows(placed, &far)?;
@@ -148,13 +252,6 @@ fn fingers(placed: &[Placed]) -> Option<(Vec<Vec<usize>>, f64)> {
     (score >= MIN_SCORE).then_some((rows, score))
 }
 
-/// Nobody has looked at it.
-const MAX_CONFIDENCE: f64 = 0.95;
-/// From one joint of a finger to the next, mm.
-const JOINT_STEP_MM: [f64; 2] = [12.0, 45.0];
-/// A hand shows at least so much of its fingers' joints.
-const MIN_SCORE: f64 = 0.6;
-
 /// Cut at the three widest gaps across the fingers; each row from its tip inwards.
 fn four_rows(placed: &[Placed], far: &[usize]) -> Option<Vec<Vec<usize>>> {
     if far.len() < 4 {
@@ -174,6 +271,21 @@ fn four_rows(placed: &[Placed], far: &[usize]) -> Option<Vec<Vec<usize>>> {
         from = cut;
     }
     Some(rows)
+}
+
+/// How sure contacts of a finger are its three phalanges, from 0 to 1, by where they lie, mm, the tip first: the steps between them
+/// are alike, the outer one the shorter by a little. None where there are not three.
+fn joints_confidence(reaches: &[f64]) -> f64 {
+    let [tip, middle, base] = reaches else {
+        return 0.0;
+    };
+    let steps = [tip - middle, middle - base];
+    let is_joint = |step: &f64| (JOINT_STEP_MM[0]..JOINT_STEP_MM[1]).contains(step);
+    if !steps.iter().all(is_joint) {
+        return 0.0;
+    }
+    let [outer, inner] = steps;
+    (outer.min(inner) / outer.max(inner)).clamp(0.0, 1.0)
 }
 
 /// Contacts of palm, thumb, index, middle, ring and little finger.
@@ -213,6 +325,3 @@ fn parts(placed: &[Placed], rows: &[Vec<usize>]) -> [Vec<usize>; 6] {
     }
     taken
 }
-
-/// From the thumb's tip to its other joint, mm.
-const THUMB_MM: f64 = 35.0;

@@ -46,44 +46,54 @@ pub struct Contact {
 
 /// The contacts of a map of loads, the heaviest first. A handle's map goes on across a closed seam.
 pub fn contacts(map: &Frame<Newtons>, sensor: &Sensor, options: &ContactOptions) -> Vec<Contact> {
-    let neighbours = all_neighbours(sensor);
-    let smooth = smoothed(map, &neighbours);
-    let highest = smooth.iter().copied().fold(0.0, f64::max);
-    let floor = options.touched_share * highest;
-    let mut order: Vec<usize> = (0..smooth.len())
-        .filter(|&taxel| is_usable(map.marks()[taxel]) && smooth[taxel] > floor)
-        .collect();
-    order.sort_by(|a, b| smooth[*b].total_cmp(&smooth[*a]).then(a.cmp(b)));
-    let mut basins = Basins::new(smooth.len());
-    for taxel in order {
-        basins.add(taxel, &smooth, &neighbours[taxel], options.saddle_share);
-    }
-    let mut found: Vec<Contact> = Vec::new();
-    let mut place = vec![usize::MAX; smooth.len()];
-    for taxel in 0..smooth.len() {
-        let Some(summit) = basins.summit_of(taxel) else {
-            continue;
-        };
-        if place[summit] == usize::MAX {
-            place[summit] = found.len();
-            found.push(Contact {
-                taxels: Vec::new(),
-                newtons: 0.0,
-                highest_newtons: 0.0,
-                summit,
-                area_mm2: 0.0,
-            });
+    Segmenter::new(sensor).contacts(map, options)
+}
+
+/// Cuts one map of a sensor after the other: which taxel is beside which is found once.
+#[derive(Debug, Clone)]
+pub struct Segmenter<'a> {
+    sensor: &'a Sensor,
+    neighbours: Vec<Vec<usize>>,
+}
+
+impl<'a> Segmenter<'a> {
+    /// For maps of this sensor.
+    pub fn new(sensor: &'a Sensor) -> Self {
+        Self {
+            sensor,
+            neighbours: all_neighbours(sensor),
         }
-        let contact = &mut found[place[summit]];
-        let load = map.values()[taxel];
-        contact.taxels.push(taxel);
-        contact.newtons += load;
-        contact.highest_newtons = contact.highest_newtons.max(load);
-        contact.area_mm2 += sensor.cell_mm2(taxel);
     }
-    found.retain(|contact| contact.taxels.len() >= options.min_taxels);
-    found.sort_by(|a, b| b.newtons.total_cmp(&a.newtons));
-    found
+
+    /// The sensor whose maps these are.
+    pub fn sensor(&self) -> &'a Sensor {
+        self.sensor
+    }
+
+    /// The mean of each load and of the mean around it, newtons: noise makes no summits.
+    pub(super) fn smoothed(&self, map: &Frame<Newtons>) -> Vec<f64> {
+        smoothed(map, &self.neighbours)
+    }
+
+    /// The contacts of a map of loads, the heaviest first. A handle's map goes on across a closed seam.
+    pub fn contacts(&self, map: &Frame<Newtons>, options: &ContactOptions) -> Vec<Contact> {
+        let smooth = self.smoothed(map);
+        let highest = smooth.iter().copied().fold(0.0, f64::max);
+        let floor = options.touched_share * highest;
+        let mut order: Vec<usize> = (0..smooth.len())
+            .filter(|&taxel| is_usable(map.marks()[taxel]) && smooth[taxel] > floor)
+            .collect();
+        order.sort_by(|a, b| smooth[*b].total_cmp(&smooth[*a]).then(a.cmp(b)));
+        let mut basins = Basins::new(smooth.len());
+        for taxel in order {
+            let beside = &self.neighbours[taxel];
+            basins.add(taxel, &smooth, beside, options.saddle_share);
+        }
+        let mut found = basins.contacts(map, self.sensor);
+        found.retain(|contact| contact.taxels.len() >= options.min_taxels);
+        found.sort_by(|a, b| b.newtons.total_cmp(&a.newtons));
+        found
+    }
 }
 
 /// Each taxel's basin, by its summit; basins that are one lead from the lower summit to the higher.
@@ -98,6 +108,34 @@ impl Basins {
             summit: vec![None; taxels],
             joined: (0..taxels).collect(),
         }
+    }
+
+    /// Of each summit that is left, all that runs down from it.
+    fn contacts(&self, map: &Frame<Newtons>, sensor: &Sensor) -> Vec<Contact> {
+        let mut found: Vec<Contact> = Vec::new();
+        let mut place = vec![usize::MAX; self.summit.len()];
+        for taxel in 0..self.summit.len() {
+            let Some(summit) = self.summit_of(taxel) else {
+                continue;
+            };
+            if place[summit] == usize::MAX {
+                place[summit] = found.len();
+                found.push(Contact {
+                    taxels: Vec::new(),
+                    newtons: 0.0,
+                    highest_newtons: 0.0,
+                    summit,
+                    area_mm2: 0.0,
+                });
+            }
+            let contact = &mut found[place[summit]];
+            let load = map.values()[taxel];
+            contact.taxels.push(taxel);
+            contact.newtons += load;
+            contact.highest_newtons = contact.highest_newtons.max(load);
+            contact.area_mm2 += sensor.cell_mm2(taxel);
+        }
+        found
     }
 
     fn summit_of(&self, taxel: usize) -> Option<usize> {

@@ -1,5 +1,6 @@
 //! What was measured, for people and for scripts.
 
+use std::collections::BTreeMap;
 use std::fmt::{self, Write as _};
 
 use serde::Serialize;
@@ -37,6 +38,9 @@ pub(super) struct Report<'a> {
     reference: Option<Reference>,
     duration_s: Option<f64>,
     regions: Vec<String>,
+    /// Of regions that nobody has drawn: how sure each is what its name says, 0 to 1.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    region_confidence: BTreeMap<&'a str, f64>,
     trials: &'a [Trial],
     /// The recording's tares,
     tares: &'a [ToldTare],
@@ -60,7 +64,7 @@ pub(super) struct Report<'a> {
 impl<'a> Report<'a> {
     pub(super) fn new(
         args: &Args,
-        measured: &Measured,
+        measured: &Measured<'a>,
         settings: &Settings,
         measurement: &'a Measurement,
     ) -> Self {
@@ -75,6 +79,11 @@ impl<'a> Report<'a> {
             reference: measurement.reference,
             duration_s: series.secs.last().copied().filter(|secs| secs.is_finite()),
             regions: series.regions.iter().map(|r| r.0.name.clone()).collect(),
+            region_confidence: measured
+                .regions
+                .iter()
+                .filter_map(|region| Some((region.name(), region.confidence()?)))
+                .collect(),
             trials: &measurement.trials,
             tares: &measurement.tares,
             no_tare: settings.no_tare,
