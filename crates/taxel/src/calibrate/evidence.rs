@@ -63,13 +63,7 @@ impl Evidence {
         let mut faults = lines.finish().with_declared(sensor.screen());
         add_silent(&mut faults, data);
         let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
-        let mut options = ScreenOptions {
-            ceiling_is_load: sensor.screen().ceiling_is_load || least_at_ceiling_g.is_some(),
-            ..ScreenOptions::from_sensor(sensor)
-        };
-        if options.floating && options.unloaded_counts.is_none() {
-            options.unloaded_counts = least_sound_counts(data, &faults, options.end_counts);
-        }
+        let options = options(sensor, data, &faults, least_at_ceiling_g.is_some());
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
@@ -203,6 +197,23 @@ fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// What frames are screened by, as far as the sensor file and the frames themselves tell.
+fn options(
+    sensor: &Sensor,
+    data: &CalibrationData,
+    faults: &LineFaults,
+    ceiling_is_load: bool,
+) -> ScreenOptions {
+    let mut options = ScreenOptions {
+        ceiling_is_load: sensor.screen().ceiling_is_load || ceiling_is_load,
+        ..ScreenOptions::from_sensor(sensor)
+    };
+    if options.floating && options.unloaded_counts.is_none() {
+        options.unloaded_counts = least_sound_counts(data, faults, options.end_counts);
+    }
+    options
 }
 
 /// What nearly every sound reading of the presses is above, counts, where lines are left open: no load lowers a reading there, so that
