@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use taxel::sensor::Region;
-use taxel_app::measure::{Measured, Measurement, Settings, TrialsBy, recording_regions_of_file};
+use taxel_app::measure::{
+    Measured, Measurement, Settings, TrialsBy, finds_regions, recording_regions_of_file,
+};
 use taxel_app::methods::MethodName;
 use taxel_app::{Error, Silent, sensor_source};
 
@@ -69,7 +71,7 @@ pub(crate) fn measure<'py>(
     settings.transpose = transpose;
     settings.keep_going = keep_going;
     settings.threads = threads;
-    settings.phalanges = regions.as_deref() == Some(Path::new(PHALANGES));
+    settings.phalanges = regions.as_deref().and_then(finds_regions) == Some(true);
     let found = interruptible(py, |stop| {
         let (sensor, file) = match sensor {
             Some(sensor) => (sensor.sensor, sensor.file),
@@ -92,10 +94,6 @@ pub(crate) fn measure<'py>(
     Ok((columns.collect(), trials, tally))
 }
 
-/// Words in place of a file of regions: they are found, and cut at the joints of fingers.
-const AUTO: &str = "auto";
-const PHALANGES: &str = "phalanges";
-
 /// Regions that are found, of a file, or of the sensor.
 fn own_regions(
     all: &Measured,
@@ -103,10 +101,9 @@ fn own_regions(
     settings: &Settings,
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Result<Vec<Region>, Error> {
-    let is_found = |word: &Path| word == Path::new(AUTO) || word == Path::new(PHALANGES);
     match word {
         None => Ok(all.sensor.regions().to_vec()),
-        Some(word) if is_found(word) => {
+        Some(word) if finds_regions(word).is_some() => {
             let found = all.find_regions(settings, &Silent, is_stopped)?;
             Ok(Region::of_recording(&found.regions, all.sensor)?)
         }

@@ -1,5 +1,7 @@
 //! Regions of a recording that nobody has drawn: the parts of a hand or of feet, else its contacts.
 
+use std::path::Path;
+
 use taxel::segment::{
     ContactOptions, Segmenter, Window, WindowOptions, Windows, feet, joined_contacts, joined_hand,
 };
@@ -16,6 +18,16 @@ const MAX_CONTACTS: usize = 16;
 
 /// In the mean of all frames a contact is pressed above this share of what counts as touched: it may be there in a tenth of them.
 const PRESSED_SHARE: f64 = 0.1;
+
+/// Whether a word stands in place of a file of regions, so that they are to be found: `auto`, and `phalanges` for fingers cut at
+/// their joints, which the answer tells. `None` of a file.
+pub fn finds_regions(word: &Path) -> Option<bool> {
+    match word.to_str() {
+        Some("auto") => Some(false),
+        Some("phalanges") => Some(true),
+        _ => None,
+    }
+}
 
 /// What was found in a recording.
 #[derive(Debug, Clone, PartialEq)]

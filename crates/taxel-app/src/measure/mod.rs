@@ -27,7 +27,7 @@ use crate::reporter::Reporter;
 use crate::simulated::simulated_source;
 use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
-pub use find_regions::{FoundKind, FoundRegions};
+pub use find_regions::{FoundKind, FoundRegions, finds_regions};
 pub use reference::Reference;
 pub(crate) use regions_file::region_specs_of_file;
 pub use regions_file::{recording_regions_of_file, regions_of_file, regions_to_toml};

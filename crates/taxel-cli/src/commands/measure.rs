@@ -18,8 +18,8 @@ use crate::progress::Terminal;
 use crate::{Exit, out, recorded};
 use report::Report;
 use taxel_app::measure::{
-    FoundKind, FoundRegions, Measured, Settings, TrialsBy, recording_regions_of_file,
-    regions_to_toml,
+    FoundKind, FoundRegions, Measured, Settings, TrialsBy, finds_regions,
+    recording_regions_of_file, regions_to_toml,
 };
 use taxel_app::methods::MethodName;
 
@@ -164,7 +164,7 @@ fn regions(
     let Some(file) = &args.regions else {
         return Ok(sensor.regions().to_vec());
     };
-    if !is_found(file) {
+    if finds_regions(file).is_none() {
         return Ok(recording_regions_of_file(file, sensor)?);
     }
     let all = Measured {
@@ -206,14 +206,6 @@ fn words(found: &FoundRegions, regions: &[Region]) -> String {
     format!("{what}{sure}: {names}{moves}; --write-regions keeps them to be looked at")
 }
 
-/// The words for regions that are found, in place of a file's name: as parts, and with fingers cut at their joints.
-const AUTO: &str = "auto";
-const PHALANGES: &str = "phalanges";
-
-fn is_found(word: &Path) -> bool {
-    word == Path::new(AUTO) || word == Path::new(PHALANGES)
-}
-
 fn settings(args: &Args) -> Settings {
     let mut settings = Settings::default();
     settings.method = args.method.clone();
@@ -229,7 +221,7 @@ fn settings(args: &Args) -> Settings {
     settings.transpose = args.transpose;
     settings.keep_going = args.keep_going;
     settings.threads = args.threads.map(usize::from);
-    settings.phalanges = args.regions.as_deref() == Some(Path::new(PHALANGES));
+    settings.phalanges = args.regions.as_deref().and_then(finds_regions) == Some(true);
     settings
 }
 
@@ -239,7 +231,7 @@ fn check(args: &Args) -> Result<(), Error> {
         let hint = "a table is written as text, as a sheet, as Parquet or as JSON";
         check_ending("-o", file, &["csv", "parquet", "xlsx", "json"], hint)?;
     }
-    let is_auto = args.regions.as_deref().is_some_and(is_found);
+    let is_auto = args.regions.as_deref().and_then(finds_regions).is_some();
     if let Some(file) = &args.write_regions {
         check_ending(
             "--write-regions",

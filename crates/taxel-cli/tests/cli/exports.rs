@@ -16,17 +16,6 @@ fn with(names: &[&str]) -> Folder {
     folder
 }
 
-/// A column of a table.
-fn column(folder: &Folder, table: &str, name: &str) -> Vec<f64> {
-    let text = folder.read(table);
-    let mut lines = text.lines();
-    let at = lines.next().unwrap().split(',').position(|n| n == name);
-    let at = at.unwrap_or_else(|| panic!("no {name} in {text:.300}"));
-    lines
-        .map(|line| line.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN))
-        .collect()
-}
-
 const AS_EXPORTED: &str = "has exported them (KPa): no cross-talk is removed, nothing is calibrated here, and nothing tells how far to trust them; what read below 17.8 KPa was written as 0";
 
 #[test]
@@ -56,10 +45,11 @@ fn every_command_says_whose_loads_they_are() {
         "{measured}"
     );
     assert!(!measured.err.contains("noise only"), "{measured}");
-    let totals = column(&folder, "f.csv", "total_n");
+    let totals = folder.column("f.csv", "total_n");
     assert!((totals[1] - 924.3594416).abs() < 1e-9, "{totals:?}");
     assert!(
-        column(&folder, "f.csv", "total_error_n")
+        folder
+            .column("f.csv", "total_error_n")
             .iter()
             .all(|error| error.is_nan())
     );
@@ -149,7 +139,7 @@ fn the_force_that_a_file_tells_stands_beside_the_total() {
     let run = folder.good("measure emed.lst --trials whole -o f.csv");
     assert!(run.out.contains("beside the force that the recording tells (3 frames, at most 818.63 N): -0.005 N on average, at most 0.005 N off"), "{run}");
     assert_eq!(
-        column(&folder, "f.csv", "reference_n"),
+        folder.column("f.csv", "reference_n"),
         [817.38, 818.63, 816.63]
     );
     let run = folder.good("measure xsensor.csv#left --trials whole");

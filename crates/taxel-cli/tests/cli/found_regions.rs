@@ -5,16 +5,6 @@ use taxel::simulate::Pattern;
 
 use crate::run::Folder;
 
-/// A column of a table.
-fn column(folder: &Folder, table: &str, name: &str) -> Vec<f64> {
-    let text = folder.read(table);
-    let mut lines = text.lines();
-    let at = lines.next().unwrap().split(',').position(|n| n == name);
-    let at = at.unwrap_or_else(|| panic!("no {name} in {text:.300}"));
-    let cell = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN);
-    lines.map(cell).collect()
-}
-
 /// Two grips in two places, each sliding: through the circuit and its noise all fingers keep their names and forces.
 #[test]
 fn a_hand_that_moves_keeps_its_fingers_and_its_file_can_be_changed() {
@@ -35,7 +25,7 @@ fn a_hand_that_moves_keeps_its_fingers_and_its_file_can_be_changed() {
         assert!(told["region_confidence"]["little"].as_f64().unwrap() > 0.5);
         assert_eq!(told["regions"].as_array().unwrap().len(), 6);
         let fingers = ["index", "middle", "ring", "little"];
-        let found = fingers.map(|name| column(&folder, "f.csv", &format!("{name}_n")));
+        let found = fingers.map(|name| folder.column("f.csv", &format!("{name}_n")));
         for frame in (50..115).chain(210..275) {
             let loads = pattern.loads(econe.array(), seed, frame);
             let parts = pattern.hand_parts(econe.array(), seed, frame).unwrap();
@@ -54,7 +44,7 @@ fn a_hand_that_moves_keeps_its_fingers_and_its_file_can_be_changed() {
         assert!(text.matches("name = \"little\"").count() > 1 && text.contains("frames = ["));
         folder.write("r.toml", &text.replace("\"little\"", "\"small finger\""));
         folder.good("measure hand.txt --sensor econe --frames-per-second 100 --no-intervals --regions r.toml -o g.csv");
-        assert_eq!(column(&folder, "g.csv", "small_finger_n"), found[3]);
+        assert_eq!(folder.column("g.csv", "small_finger_n"), found[3]);
         // Where nothing is known of frames there is nothing that moves.
         let run = folder.taxel("view hand.txt --sensor econe --regions r.toml");
         assert!(
@@ -80,9 +70,9 @@ fn fingers_are_cut_at_their_joints_where_asked_for() {
     folder.good(&format!(
         "{measure} --regions phalanges --write-regions r.toml -o cut.csv"
     ));
-    let whole = column(&folder, "whole.csv", "ring_n");
-    let parts = ["proximal", "middle", "distal"]
-        .map(|p| column(&folder, "cut.csv", &format!("ring_{p}_n")));
+    let whole = folder.column("whole.csv", "ring_n");
+    let parts =
+        ["proximal", "middle", "distal"].map(|p| folder.column("cut.csv", &format!("ring_{p}_n")));
     for (frame, whole) in whole.iter().enumerate() {
         let sum: f64 = parts.iter().map(|part| part[frame]).sum();
         assert!((sum - whole).abs() < 1e-9, "{frame}: {sum} {whole}");
@@ -104,9 +94,9 @@ fn feet_are_cut_from_heel_to_toes() {
         .flat_map(|foot| {
             ["heel", "midfoot", "forefoot", "toes"].map(|part| format!("foot_{foot}_{part}_n"))
         })
-        .map(|name| column(&folder, "f.csv", &name)[30])
+        .map(|name| folder.column("f.csv", &name)[30])
         .sum();
-    let total = column(&folder, "f.csv", "total_n")[30];
+    let total = folder.column("f.csv", "total_n")[30];
     assert!((sum / total - 1.0).abs() < 0.02, "{sum} of {total}");
 }
 

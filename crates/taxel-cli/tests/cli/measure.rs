@@ -18,16 +18,6 @@ fn gripped(sensor: &str, seed: u32) -> (Folder, Vec<Vec<f64>>) {
     (folder, truth.collect())
 }
 
-/// A column of a table; an empty cell is NaN.
-fn column(folder: &Folder, table: &str, name: &str) -> Vec<f64> {
-    let text = folder.read(table);
-    let mut lines = text.lines();
-    let at = lines.next().unwrap().split(',').position(|n| n == name);
-    let at = at.unwrap_or_else(|| panic!("no {name} in {text:.300}"));
-    let cell = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN);
-    lines.map(cell).collect()
-}
-
 /// Share of frames whose number lies within what it is said to be off by.
 fn covered(found: &[f64], half: &[f64], truth: &[f64]) -> f64 {
     let within = found.iter().zip(half).zip(truth);
@@ -46,7 +36,7 @@ fn total_grip_and_a_region_are_what_was_pressed_within_their_intervals() {
         folder.good(
             "measure hand.txt --sensor econe --frames-per-second 100 --regions hand.toml -o f.csv",
         );
-        let held = |name: &str| column(&folder, "f.csv", name)[50..110].to_vec();
+        let held = |name: &str| folder.column("f.csv", name)[50..110].to_vec();
         let truth = &truth[50..110];
         let totals: Vec<f64> = truth.iter().map(|frame| frame.iter().sum()).collect();
         assert!(covered(&held("total_n"), &held("total_error_n"), &totals) >= 0.85);
@@ -95,7 +85,7 @@ fn noise_does_not_add_up_where_lines_are_left_open() {
             .chunks(256)
             .map(|f| 9.80665e-3 * f.iter().sum::<f64>())
             .collect();
-        let held = |name: &str| column(&folder, "f.csv", name)[50..].to_vec();
+        let held = |name: &str| folder.column("f.csv", name)[50..].to_vec();
         let (found, half) = (held("total_n"), held("total_error_n"));
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         let off = mean(&found) / mean(&truth[50..]) - 1.0;
@@ -106,13 +96,13 @@ fn noise_does_not_add_up_where_lines_are_left_open() {
         // An archive's summary says the same of the frame with the largest force.
         folder.good("batch hand.txt --sensor mat.toml --out out");
         let (all, errors) = (
-            column(&folder, "f.csv", "total_n"),
-            column(&folder, "f.csv", "total_error_n"),
+            folder.column("f.csv", "total_n"),
+            folder.column("f.csv", "total_error_n"),
         );
         let largest = (0..all.len())
             .max_by(|a, b| all[*a].total_cmp(&all[*b]))
             .unwrap();
-        let told = |name: &str| column(&folder, "out/summary.csv", name)[0];
+        let told = |name: &str| folder.column("out/summary.csv", name)[0];
         assert!((told("peak_force_n") - all[largest]).abs() < 1e-9);
         assert!((told("peak_force_half_width_n") - errors[largest]).abs() < 1e-9);
     }
@@ -143,7 +133,7 @@ fn the_fingers_of_a_hand_are_found_with_their_forces() {
                     .filter(|(_, p)| **p == Some(*part))
                     .map(|(f, _)| f)
                     .sum();
-                let found = column(&folder, "f.csv", &format!("{part}_n"))[frame as usize];
+                let found = folder.column("f.csv", &format!("{part}_n"))[frame as usize];
                 (found / true_newtons - 1.0).abs() < 0.05
             };
             right += usize::from(taxel::segment::HAND_PARTS.iter().all(is_right));
@@ -155,8 +145,8 @@ fn the_fingers_of_a_hand_are_found_with_their_forces() {
             .replace("\"little\"", "\"small finger\"");
         folder.write("r.toml", &renamed);
         folder.good("measure hand.txt --sensor econe --frames-per-second 100 --regions r.toml --no-intervals -o g.csv");
-        let before = column(&folder, "f.csv", "little_n");
-        assert_eq!(column(&folder, "g.csv", "small_finger_n"), before);
+        let before = folder.column("f.csv", "little_n");
+        assert_eq!(folder.column("g.csv", "small_finger_n"), before);
     }
 }
 
@@ -206,7 +196,7 @@ fn a_zero_is_taken_off_and_one_under_load_is_doubted() {
         let run = folder.good(&format!(
             "measure hand.txt --sensor drifted.toml --frames-per-second 100 --no-intervals -o f.csv {words}"
         ));
-        (column(&folder, "f.csv", "total_n")[frame], run.err)
+        (folder.column("f.csv", "total_n")[frame], run.err)
     };
     let empty: f64 = truth[7].iter().sum();
     let (off, _) = total("", 7);
@@ -252,8 +242,7 @@ fn a_tare_of_the_recording_is_taken_off_and_told() {
     let raw = folder.good("measure run.mcap --method raw --json");
     let raw: serde_json::Value = serde_json::from_str(&raw.out).unwrap();
     assert_eq!(raw["tares"][0]["newtons"], 6.0);
-    let [with, without] =
-        ["with.csv", "without.csv"].map(|table| column(&folder, table, "total_n"));
+    let [with, without] = ["with.csv", "without.csv"].map(|table| folder.column(table, "total_n"));
     for (frame, taken) in [0.0, 12.0, 12.0, 0.0].into_iter().enumerate() {
         assert!(
             (without[frame] - with[frame] - taken).abs() < 1e-9,
@@ -297,7 +286,7 @@ fn saturated_frames_are_told() {
     let told = "of 100 frames hold readings at the end of the converter's range";
     assert!(run.code == Some(3) && run.err.contains(told), "{run}");
     // Nothing bounds the force of the hold: an empty cell.
-    let half = column(&folder, "f.csv", "total_error_n");
+    let half = folder.column("f.csv", "total_error_n");
     assert!(half[80].is_nan() && half[0].is_finite());
     let picture = folder.read("f.svg");
     assert!(
@@ -357,7 +346,7 @@ fn every_format_holds_the_same_numbers() {
             "measure hand.txt --sensor mat-32x32-adg732 --frames-per-second 50 --threads 2 -o {name} --picture f.png"
         ));
     }
-    let csv = column(&folder, "f.csv", "total_n");
+    let csv = folder.column("f.csv", "total_n");
     let json: Vec<serde_json::Value> = serde_json::from_str(&folder.read("f.json")).unwrap();
     assert_eq!(json.len(), 160);
     for (at, (record, value)) in json.iter().zip(&csv).enumerate() {
@@ -378,11 +367,7 @@ fn what_cannot_be_measured_is_said() {
         "{run}"
     );
     assert!(run.err.contains("no grip force"), "{run}");
-    assert!(
-        column(&folder, "f.csv", "time_s")
-            .iter()
-            .all(|s| s.is_nan())
-    );
+    assert!(folder.column("f.csv", "time_s").iter().all(|s| s.is_nan()));
     let bad = |words: &str, error: &str| {
         let run = folder.taxel(&format!(
             "measure hand.txt --sensor mat-32x32-adg732 {words}"

@@ -64,6 +64,16 @@ impl Folder {
         fs::read_to_string(self.path(name)).unwrap()
     }
 
+    /// A column of a table; what is no number is NaN.
+    pub fn column(&self, table: &str, name: &str) -> Vec<f64> {
+        let text = self.read(table);
+        let mut lines = text.lines();
+        let at = lines.next().unwrap().split(',').position(|n| n == name);
+        let at = at.unwrap_or_else(|| panic!("no {name} in {text:.300}"));
+        let cell = |line: &str| line.split(',').nth(at).unwrap().parse().unwrap_or(f64::NAN);
+        lines.map(cell).collect()
+    }
+
     pub fn exists(&self, name: &str) -> bool {
         self.path(name).exists()
     }

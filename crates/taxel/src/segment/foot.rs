@@ -138,8 +138,7 @@ fn is_one_foot(points: &[Point]) -> bool {
 
 /// The axis that the points lie along (a unit vector), with their extent along it and across it, mm.
 fn axes(points: &[Point]) -> ([f64; 2], [f64; 2]) {
-    let count = points.len() as f64;
-    let mean = [0, 1].map(|axis| points.iter().map(|p| p.at[axis]).sum::<f64>() / count);
+    let mean = middle(points);
     let moment = |a: usize, b: usize| -> f64 {
         points
             .iter()
@@ -148,14 +147,24 @@ fn axes(points: &[Point]) -> ([f64; 2], [f64; 2]) {
     };
     let angle = 0.5 * (2.0 * moment(0, 1)).atan2(moment(0, 0) - moment(1, 1));
     let axis = [angle.cos(), angle.sin()];
-    let extent = |of: [f64; 2]| {
-        let along = points.iter().map(|p| p.at[0] * of[0] + p.at[1] * of[1]);
-        let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-            (l.min(x), h.max(x))
-        });
-        high - low
-    };
-    (axis, [extent(axis), extent([-axis[1], axis[0]])])
+    (
+        axis,
+        [axis, [-axis[1], axis[0]]].map(|of| extent(points.iter(), of)),
+    )
+}
+
+fn middle(points: &[Point]) -> [f64; 2] {
+    let count = points.len() as f64;
+    [0, 1].map(|axis| points.iter().map(|p| p.at[axis]).sum::<f64>() / count)
+}
+
+/// How far points reach along an axis (a unit vector), mm; −∞ of none.
+fn extent<'a>(points: impl Iterator<Item = &'a Point>, axis: [f64; 2]) -> f64 {
+    let along = points.map(|p| p.at[0] * axis[0] + p.at[1] * axis[1]);
+    let (low, high) = along.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
+        (l.min(x), h.max(x))
+    });
+    high - low
 }
 
 /// A footprint: its taxels by their share of the length from the heel.
@@ -186,11 +195,7 @@ impl Print {
         let share = |p: &Point| (along(p) - first) / length;
         let wide = |from: f64, to: f64| {
             let there = points.iter().filter(|p| (from..to).contains(&share(p)));
-            let places = there.map(|p| p.at[0] * across[0] + p.at[1] * across[1]);
-            let (low, high) = places.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| {
-                (l.min(x), h.max(x))
-            });
-            (high - low + cell(across)).max(0.0)
+            (extent(there, across) + cell(across)).max(0.0)
         };
         // The ball of the foot lies at 60 to 80 %, the heel at 5 to 25 %, from whichever end.
         let ends = [
@@ -208,8 +213,7 @@ impl Print {
             .iter()
             .map(|p| (p.taxel, if is_turned { 1.0 - share(p) } else { share(p) }));
         Some(Self {
-            middle: [0, 1]
-                .map(|axis| points.iter().map(|p| p.at[axis]).sum::<f64>() / points.len() as f64),
+            middle: middle(points),
             taxels: taxels.collect(),
             confidence: MAX_CONFIDENCE * usual * (0.5 + 0.5 * (wider / SURELY_WIDER).min(1.0)),
         })

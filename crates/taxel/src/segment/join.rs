@@ -50,7 +50,7 @@ pub fn joined_hand(
     let backwards = (0..surest).rev().map(|at| (at + 1, at));
     for (from, to) in forwards.chain(backwards) {
         let shift = Shift::between(&windows[from].map, &windows[to].map, sensor);
-        let carried = carried(&parts[from], &shift, &seen[to].contacts, sensor);
+        let carried = carried(&parts[from], &shift, &seen[to].contacts);
         parts[to] = settle(
             std::mem::take(&mut parts[to]),
             carried,
@@ -131,10 +131,10 @@ fn settle(own: Vec<Part>, carried: Vec<Part>, shift: &Shift, map: &Frame<Newtons
 }
 
 /// Contacts named by what of another window's parts lies there, once these are shifted.
-fn carried(parts: &[Part], shift: &Shift, contacts: &[Contact], sensor: &Sensor) -> Vec<Part> {
+fn carried(parts: &[Part], shift: &Shift, contacts: &[Contact]) -> Vec<Part> {
     let mut owner: BTreeMap<usize, usize> = BTreeMap::new();
     for (at, part) in parts.iter().enumerate() {
-        let moved = part.taxels.iter().filter_map(|&t| shift.moved(t, sensor));
+        let moved = part.taxels.iter().filter_map(|&t| shift.moved(t));
         owner.extend(moved.map(|taxel| (taxel, at)));
     }
     let mut found: Vec<Part> = parts

@@ -7,8 +7,9 @@ use crate::{Frame, Mark, Newtons, Sensor};
 /// How one map is to be moved to lie on another.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shift {
-    rows: isize,
-    columns: isize,
+    grid: Grid,
+    /// Rows and columns.
+    by: [isize; 2],
     /// Of the maps once they lie on each other, −1 to 1.
     pub(super) correlation: f64,
 }
@@ -17,28 +18,52 @@ impl Shift {
     /// The shift by whole lines with the largest correlation; across a closed seam it goes on. Found in maps of fewer, broader lines
     /// first, then line by line around it.
     pub(super) fn between(from: &Frame<Newtons>, to: &Frame<Newtons>, sensor: &Sensor) -> Self {
-        let lines = [sensor.rows(), sensor.columns()];
-        let closed = sensor.handle().filter(|handle| handle.closes());
-        let wraps = [Rings::Columns, Rings::Rows].map(|r| closed.is_some_and(|h| h.rings == r));
-        let broad = lines.map(|lines| lines.div_ceil(MAX_COARSE_LINES));
-        let fine = [from, to].map(|map| Map::of(map, lines, wraps));
+        let grid = Grid::of(sensor);
+        let broad = grid.lines.map(|lines| lines.div_ceil(MAX_COARSE_LINES));
+        let fine = [from, to].map(|map| Map::of(map, grid));
         let coarse = fine.each_ref().map(|map| map.broadened(broad));
-        let all = coarse[0].lines.map(|lines| lines as isize - 1);
+        let all = coarse[0].grid.lines.map(|lines| lines as isize - 1);
         let (found, _) = coarse[0].best_shift(&coarse[1], [0, 0], all);
         let about = [0, 1].map(|axis| found[axis] * broad[axis] as isize);
-        let (found, correlation) = fine[0].best_shift(&fine[1], about, broad.map(|b| b as isize));
+        let (by, correlation) = fine[0].best_shift(&fine[1], about, broad.map(|b| b as isize));
         Self {
-            rows: found[0],
-            columns: found[1],
+            grid,
+            by,
             correlation,
         }
     }
 
-    pub(super) fn moved(&self, taxel: usize, sensor: &Sensor) -> Option<usize> {
+    /// Where a taxel comes to lie; `None`: off the array.
+    pub(super) fn moved(&self, taxel: usize) -> Option<usize> {
+        self.grid.moved(taxel, self.by)
+    }
+}
+
+/// Rows and columns of a map, and along which of them it goes on across a closed seam.
+#[derive(Debug, Clone, Copy)]
+struct Grid {
+    lines: [usize; 2],
+    wraps: [bool; 2],
+}
+
+impl Grid {
+    fn of(sensor: &Sensor) -> Self {
         let closed = sensor.handle().filter(|handle| handle.closes());
-        let wraps = [Rings::Columns, Rings::Rows].map(|r| closed.is_some_and(|h| h.rings == r));
-        let lines = [sensor.rows(), sensor.columns()];
-        moved(taxel, [self.rows, self.columns], lines, wraps)
+        Self {
+            lines: [sensor.rows(), sensor.columns()],
+            wraps: [Rings::Columns, Rings::Rows]
+                .map(|rings| closed.is_some_and(|handle| handle.rings == rings)),
+        }
+    }
+
+    /// Where a taxel comes to lie that is moved by so many rows and columns; `None`: off the array.
+    fn moved(&self, taxel: usize, by: [isize; 2]) -> Option<usize> {
+        let at = [taxel / self.lines[1], taxel % self.lines[1]];
+        let step = |axis: usize| -> Option<usize> {
+            let (to, all) = (at[axis] as isize + by[axis], self.lines[axis] as isize);
+            ((0..all).contains(&to) || self.wraps[axis]).then(|| to.rem_euclid(all) as usize)
+        };
+        Some(step(0)? * self.lines[1] + step(1)?)
     }
 }
 
@@ -49,33 +74,31 @@ const MAX_COARSE_LINES: usize = 32;
 
 /// Loads of a map, none below nothing, row by row.
 struct Map {
-    lines: [usize; 2],
-    wraps: [bool; 2],
+    grid: Grid,
     loads: Vec<f64>,
 }
 
 impl Map {
-    fn of(map: &Frame<Newtons>, lines: [usize; 2], wraps: [bool; 2]) -> Self {
+    fn of(map: &Frame<Newtons>, grid: Grid) -> Self {
         let each = map.values().iter().zip(map.marks());
         let load = |(load, mark): (&f64, &Mark)| if is_usable(*mark) { load.max(0.0) } else { 0.0 };
         Self {
-            lines,
-            wraps,
+            grid,
             loads: each.map(load).collect(),
         }
     }
 
     /// The same with so many rows and columns taken together.
     fn broadened(&self, [down, across]: [usize; 2]) -> Self {
-        let lines = [self.lines[0].div_ceil(down), self.lines[1].div_ceil(across)];
+        let own = self.grid.lines;
+        let lines = [own[0].div_ceil(down), own[1].div_ceil(across)];
         let mut loads = vec![0.0; lines[0] * lines[1]];
         for (taxel, load) in self.loads.iter().enumerate() {
-            let (row, column) = (taxel / self.lines[1], taxel % self.lines[1]);
+            let (row, column) = (taxel / own[1], taxel % own[1]);
             loads[row / down * lines[1] + column / across] += load;
         }
         Self {
-            lines,
-            wraps: self.wraps,
+            grid: Grid { lines, ..self.grid },
             loads,
         }
     }
@@ -95,8 +118,7 @@ impl Map {
         for rows in about[0] - within[0]..=about[0] + within[0] {
             for columns in about[1] - within[1]..=about[1] + within[1] {
                 let shift = [rows, columns];
-                let there =
-                    |taxel: usize| Some(to.loads[moved(taxel, shift, self.lines, self.wraps)?]);
+                let there = |taxel: usize| Some(to.loads[self.grid.moved(taxel, shift)?]);
                 let both = touched
                     .iter()
                     .filter_map(|(taxel, load)| Some(load * there(*taxel)?));
@@ -109,14 +131,4 @@ impl Map {
         }
         best
     }
-}
-
-/// Where a taxel comes to lie that is moved by so many rows and columns; `None`: off the array.
-fn moved(taxel: usize, shift: [isize; 2], lines: [usize; 2], wraps: [bool; 2]) -> Option<usize> {
-    let at = [taxel / lines[1], taxel % lines[1]];
-    let step = |axis: usize| -> Option<usize> {
-        let (to, all) = (at[axis] as isize + shift[axis], lines[axis] as isize);
-        ((0..all).contains(&to) || wraps[axis]).then(|| to.rem_euclid(all) as usize)
-    };
-    Some(step(0)? * lines[1] + step(1)?)
 }
