@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
 /// The program ends by itself when it is asked.
@@ -10,12 +11,17 @@ static LISTENING: AtomicBool = AtomicBool::new(false);
 /// Folders that go with the program.
 static FOLDERS: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
+/// A signal so soon after the first is the same one: `timeout`, terminals and shells tell the program and its group.
+const SAME: Duration = Duration::from_secs(1);
+
 /// From here on no signal leaves temporary files behind.
 pub(crate) fn guard() {
+    let mut asked_at = None;
     // Where no handler can be set, signals do what they did.
-    let _ = ctrlc::set_handler(|| {
-        let first = !ASKED.swap(true, Ordering::Relaxed);
-        if first && LISTENING.load(Ordering::Relaxed) {
+    let _ = ctrlc::set_handler(move || {
+        ASKED.store(true, Ordering::Relaxed);
+        let since = asked_at.get_or_insert_with(Instant::now).elapsed();
+        if since < SAME && LISTENING.load(Ordering::Relaxed) {
             return;
         }
         taxel_io::atomic::discard_all();

@@ -227,6 +227,7 @@ impl Measured<'_> {
             tares,
         } = seen;
         series.begin_at_first_frame(self.recording)?;
+        self.check_frames_of_regions(&series)?;
         Ok(Measurement {
             zero_newtons: zeros.map(|zeros| zeros.iter().sum()),
             trials: trials::trials(&series, &events, settings)?,
@@ -241,6 +242,27 @@ impl Measured<'_> {
             reference: Reference::of(&series),
             series,
         })
+    }
+
+    /// Regions that move belong to one recording; of another they would read nothing where there is no such frame.
+    fn check_frames_of_regions(&self, series: &Series) -> Result<(), Error> {
+        let end = series.frame.last().map_or(0, |last| last + 1);
+        let beyond = self.regions.iter().find_map(|region| {
+            let [from, to] = region.last_frames()?;
+            (from >= end).then(|| (region.name(), from, to))
+        });
+        let Some((name, from, to)) = beyond else {
+            return Ok(());
+        };
+        Err(taxel::Error::Region {
+            name: format!("`{name}`"),
+            problem: format!(
+                "is said of frames {from} to {to}, and {} has {end}, counted from 0",
+                self.recording.display()
+            ),
+            hint: "regions with `frames` belong to the recording that they were found in",
+        }
+        .into())
     }
 
     /// Mean loads of the seconds in which nothing presses, newtons.

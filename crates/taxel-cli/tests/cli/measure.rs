@@ -416,6 +416,15 @@ fn regions_that_cannot_be_are_refused_before_any_work() {
     );
     folder.write("r.toml", "");
     bad("--regions r.toml", "no region in it");
+    let moving = |frames: &str| {
+        format!("[[region]]\nname = \"heel\"\nboxes = [[0, 1, 0, 1]]\nframes = {frames}\n")
+    };
+    let both = format!("{}{}", moving("[0, 9]"), moving("[90000, 90009]"));
+    folder.write("r.toml", &both);
+    bad(
+        "--regions r.toml --frames-per-second 100",
+        "is said of frames 90000 to 90009, and hand.txt has",
+    );
     bad(
         "--regions r.toml --write-regions s.toml",
         "what `--regions auto` finds",

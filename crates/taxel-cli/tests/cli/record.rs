@@ -229,8 +229,10 @@ fn every_signal_that_ends_a_program_ends_a_recording_whole() {
         let mut running = Running::start(&folder, &format!("record {SIM} -o {name}"));
         let size = || std::fs::metadata(folder.path(&name)).map_or(0, |about| about.len());
         wait("a chunk of frames", || size() > 6_000);
+        // Twice in a row, as `timeout` tells a program and its group.
+        let pid = running.child.id().to_string();
         let mut kill = Command::new("kill");
-        kill.args([format!("-{signal}"), running.child.id().to_string()]);
+        kill.args([&format!("-{signal}"), &pid, &pid]);
         assert!(kill.status().unwrap().success());
         assert_eq!(running.child.wait().unwrap().code(), Some(0), "{signal}");
         folder.good(&format!("convert {name} -o {signal}.txt"));

@@ -158,6 +158,16 @@ impl Candidate {
         }
     }
 
+    /// Whether it is the most that it can be, or of a scale also the least: no switch at all is none that is stretched.
+    pub(super) fn is_at_end(&self, number: Number, value: f64) -> bool {
+        let outwards = if number == Number::Scale {
+            value.signum()
+        } else {
+            1.0
+        };
+        self.bounded(number, value + 1e-6 * outwards) == value
+    }
+
     /// The circuit with these numbers, driven by 1 V.
     pub(super) fn circuit(&self, numbers: &Numbers) -> LinearCircuit {
         let mut sensor = self.sensor.clone();

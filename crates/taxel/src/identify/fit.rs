@@ -46,6 +46,9 @@ pub(super) struct Fitted {
     pub(super) residuals: Vec<f64>,
     /// Standard errors of the logarithms of the unknown numbers, in their order.
     pub(super) errors: Vec<f64>,
+    /// What telling these numbers costs, nats: how much narrower they are known than believed (Laplace's evidence). A number
+    /// that the frames leave as it was believed costs nothing.
+    pub(super) of_numbers: f64,
 }
 
 impl Fitted {
@@ -54,11 +57,18 @@ impl Fitted {
         self.state.pressed.iter().map(|p| p.taxels.len()).sum()
     }
 
+    /// Whether one of its numbers stands at the end of what it can be.
+    pub(super) fn is_stretched(&self) -> bool {
+        let numbers = self.candidate.unknowns().iter();
+        numbers.copied().any(|number| {
+            self.candidate
+                .is_at_end(number, self.state.numbers.get(number))
+        })
+    }
+
     /// What it takes to tell the readings by this read-out, nats: the misfit, each pressed taxel, each number.
     pub(super) fn length(&self, readings: &Readings) -> f64 {
-        let numbers = (self.candidate.unknowns().len() + 1) as f64;
-        let of_numbers = 0.5 * numbers * (readings.count() as f64).ln();
-        self.misfit + price(readings) * self.pressed() as f64 + of_numbers
+        self.misfit + price(readings) * self.pressed() as f64 + self.of_numbers
     }
 }
 
@@ -102,6 +112,7 @@ struct Search<'a> {
     misfit: f64,
     damping: f64,
     errors: Vec<f64>,
+    of_numbers: f64,
     waiting: f64,
     executor: &'a dyn Executor,
 }
@@ -130,6 +141,7 @@ impl<'a> Search<'a> {
             misfit: f64::INFINITY,
             damping: 1e-3,
             errors: Vec::new(),
+            of_numbers: 0.0,
             waiting: (2.0 * price(readings)).sqrt(),
             executor,
         };
@@ -372,6 +384,10 @@ impl<'a> Search<'a> {
             Some(())
         })?;
         self.errors = errors_of(&normal, n)?;
+        self.of_numbers = 0.5 * log_determinant(&normal, n)?;
+        for &unknown in &unknowns {
+            self.of_numbers -= 0.5 * self.belief(unknown)[1].ln();
+        }
         for i in 0..n {
             normal[i * n + i] *= 1.0 + self.damping;
         }
@@ -421,6 +437,7 @@ impl<'a> Search<'a> {
             state: self.state,
             misfit: self.misfit,
             errors: self.errors,
+            of_numbers: self.of_numbers,
         })
     }
 }
@@ -429,6 +446,26 @@ impl<'a> Search<'a> {
 fn errors_of(normal: &[f64], n: usize) -> Option<Vec<f64>> {
     let inverse = inverse_symmetric(normal, n)?;
     Some((0..n).map(|i| inverse[i * n + i].sqrt()).collect())
+}
+
+/// ln of the determinant of what is known of the numbers, by elimination; `None` where that is not positive definite.
+fn log_determinant(normal: &[f64], n: usize) -> Option<f64> {
+    let mut left = normal.to_vec();
+    let mut sum = 0.0;
+    for k in 0..n {
+        let pivot = left[k * n + k];
+        if pivot.is_nan() || pivot <= 0.0 {
+            return None;
+        }
+        sum += pivot.ln();
+        for i in k + 1..n {
+            let factor = left[i * n + k] / pivot;
+            for j in k + 1..n {
+                left[i * n + j] -= factor * left[k * n + j];
+            }
+        }
+    }
+    Some(sum)
 }
 
 /// What naming one more pressed taxel costs, nats: which of all, and how much.

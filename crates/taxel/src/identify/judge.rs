@@ -38,7 +38,12 @@ pub(super) fn judge(
         let of = |finding: &&UniformFinding| finding.topology == topology;
         uniform.iter().find(of).is_some_and(|finding| finding.out)
     };
-    let best = fits.iter().find(|fit| !contradicts(fit.candidate.topology));
+    let fair = || {
+        fits.iter()
+            .filter(|fit| !contradicts(fit.candidate.topology))
+    };
+    // What is stretched to the end of what it can be puts out none that explains the frames within.
+    let best = fair().find(|fit| !fit.is_stretched()).or(fair().next());
     let best = best.unwrap_or(&fits[0]);
     let is_tested = tested(&fits[0], readings) >= LEAST_TESTED;
     let losses = losses(best, readings);
@@ -54,6 +59,7 @@ pub(super) fn judge(
                 standard_error_nats: error,
                 missed_share: missed,
                 pressed: fit.pressed(),
+                is_stretched: fit.is_stretched(),
                 out: (is_tested && excess > NATS && excess > ERRORS * error)
                     || (is_tested && missed > MOST_MISSED)
                     || contradicts(fit.candidate.topology),

@@ -52,6 +52,8 @@ pub struct Standing {
     pub missed_share: f64,
     /// Taxels that it takes for pressed, in all frames.
     pub pressed: usize,
+    /// One of its numbers stands at the end of what it can be, as a switch of half the resistor that its line ends in.
+    pub is_stretched: bool,
     /// It does not explain the frames.
     pub out: bool,
     /// Its likely numbers.
@@ -168,7 +170,13 @@ impl fmt::Display for Identification {
             "", "nats more", "missed", "pressed"
         )?;
         for standing in &self.standings {
-            let word = if standing.out { "  out" } else { "" };
+            let word = match standing {
+                Standing { out: true, .. } => "  out",
+                Standing {
+                    is_stretched: true, ..
+                } => "  by a number at the end of what it can be",
+                _ => "",
+            };
             writeln!(
                 f,
                 "{:<26}{:>12}{:>9}{:>9}{word}",

@@ -266,6 +266,11 @@ impl Region {
         }
     }
 
+    /// The last frames that it is said of, the first and the last of them; `None` of one that lies still in all.
+    pub fn last_frames(&self) -> Option<[u64; 2]> {
+        self.windows.last().map(|(frames, _)| *frames)
+    }
+
     /// Whether it lies elsewhere in other frames.
     pub fn moves(&self) -> bool {
         self.windows.len() > 1

@@ -120,3 +120,23 @@ fn frames_that_show_no_load_are_refused() {
     let error = identify(&known, &other, &[], &Serial).unwrap_err();
     assert!(matches!(error, Error::Shape { .. }), "{error}");
 }
+
+/// A hand on switches of a third of the amplifier's scale: voltage feedback with a switch of half its resistor fits by a hundred
+/// nats better, and was told.
+#[test]
+fn a_read_out_that_is_stretched_puts_out_none_that_is_not() {
+    let draw = Draw::new(Topology::TiaGroundedColumns, 109).unwrap();
+    let found = found(&draw);
+    let feedback = &found.standings[0];
+    assert!(
+        feedback.topology == Topology::DividerVoltageFeedback && feedback.is_stretched,
+        "{found}"
+    );
+    assert_eq!(found.verdict, Verdict::Alike, "{found}");
+    assert!(
+        found
+            .left()
+            .any(|standing| standing.topology == Topology::TiaGroundedColumns)
+    );
+    assert!(found.to_string().contains("at the end of what it can be"));
+}

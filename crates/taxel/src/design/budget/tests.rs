@@ -1,5 +1,7 @@
 use super::*;
+use crate::Grams;
 use crate::sensor::preset;
+use crate::simulate::VirtualSensor;
 
 fn small(topology: Topology) -> Sensor {
     preset("econe")
@@ -215,5 +217,65 @@ fn a_table_of_line_ends_is_a_cause() {
         assert!(own.percent.mean > 1.0, "{own:?}");
         let exact = budget.compensated(&scene, &[]).unwrap();
         assert!(exact.percent.worst < 1e-4, "{exact:?}");
+    }
+}
+
+/// Mean error of the loaded taxels, grams: readings of a virtual sensor, which is none of the budget's own, by a method.
+fn error_by_chance(sensor: &Sensor, scene: &BudgetScene, method: &dyn Method, draws: u64) -> f64 {
+    let law = LoadLaw::from_sensor(sensor).unwrap();
+    let grams = |taxel, siemens| law.grams_from_siemens(taxel, siemens).max(0.0);
+    let loads = scene.siemens.map::<Grams>(&grams);
+    let real = VirtualSensor::new(sensor, 5).unwrap();
+    let converter = Converter::from_sensor(sensor);
+    let least = LOADED_SHARE * largest_of(scene.siemens.values());
+    let (mut sum, mut count) = (0.0, 0u32);
+    for draw in 0..draws {
+        let volts = converter.volts_from_counts(&real.read(&loads, draw).counts);
+        let solved = method.solve(&volts);
+        assert!(solved.outcome.stop.is_good());
+        for (taxel, &siemens) in solved.frame.values().iter().enumerate() {
+            if scene.siemens.values()[taxel] > least {
+                sum += (grams(taxel, siemens) - loads.values()[taxel]).abs();
+                count += 1;
+            }
+        }
+    }
+    sum / f64::from(count)
+}
+
+#[test]
+fn lines_that_resist_weigh_in_a_budget_as_they_do_by_chance() {
+    let cases = [
+        (Topology::TiaGroundedColumns, 5.0),
+        (Topology::TiaZeroPotential, 5.0),
+        (Topology::DividerGroundedColumns, 5.0),
+        (Topology::DividerVoltageFeedback, 2.0),
+        (Topology::DividerFloating, 2.0),
+    ];
+    for (topology, ohms) in cases {
+        let sensor = small(topology).edited(|spec| {
+            spec.readout.r_line_row_ohms = Some(PerLine::One(ohms));
+            spec.readout.r_line_column_ohms = Some(PerLine::One(2.0 * ohms));
+            spec.converter.noise_counts = Some(3.0);
+        });
+        let sensor = sensor.unwrap();
+        let budget = Budget::new(&sensor, 60, 1).unwrap();
+        let scene = budget.typical();
+        let all = Cause::of(&sensor);
+        let raw = budget.raw(&scene, &all).unwrap();
+        let left = budget.compensated(&scene, &all).unwrap();
+        let by = |method: &dyn Method| error_by_chance(&sensor, &scene, method, 60);
+        // A raw reading is wrong by the circuit, which takes no chance; what is left is all noise.
+        let pairs = [
+            (raw, by(&Raw::from_sensor(&sensor)), 0.0016),
+            (left, by(&*default_method(&sensor).unwrap()), 0.033),
+        ];
+        for (budget, chance, within) in pairs {
+            let mean = budget.grams.unwrap().mean;
+            assert!(
+                (mean / chance - 1.0).abs() < within,
+                "{topology:?}: {mean} g, by chance {chance} g"
+            );
+        }
     }
 }
