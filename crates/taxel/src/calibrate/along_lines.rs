@@ -6,7 +6,7 @@ use super::fit::Score;
 use super::model::{Model, Unknown};
 use super::outcome::LINES;
 use super::presses::has_exact_inverse;
-use super::{MAX_SEARCHED_TAXELS, with_error};
+use super::{MAX_LEVELLED_TAXELS, MAX_SEARCHED_TAXELS, with_error};
 use crate::sensor::PerLine;
 use crate::{Error, Sensor, stats};
 
@@ -22,6 +22,8 @@ const LEAST_OHMS: f64 = 0.1;
 /// it takes several times as long as the first.
 const WORTH_A_LOOK: f64 = 0.5;
 const SHARE: f64 = 0.02;
+/// Where they are farther off than this, a calibration without lines is worth little, and minutes are well spent on looking.
+const WORTH_MINUTES: f64 = 2.0;
 /// Held-out presses must be nearer by so many standard errors.
 const BETTER: f64 = 2.0;
 
@@ -40,7 +42,8 @@ impl<'a> Search<'a> {
         }
         let slow = taxels > MAX_SEARCHED_TAXELS || !has_exact_inverse(sensor, &self.options);
         let off = self.beyond_noise();
-        if slow && !self.options.line_resistance {
+        let is_too_slow = slow && (off < WORTH_MINUTES || taxels > MAX_LEVELLED_TAXELS);
+        if is_too_slow && !self.options.line_resistance {
             let why = "not looked for beside other effects: it would take minutes, and is done where it is asked for (--line-resistance)";
             self.note(LINES, false, why.to_owned());
             if off >= WORTH_A_LOOK {
