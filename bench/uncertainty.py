@@ -169,4 +169,5 @@ def main():
                 one(given, name, *draw(given, what, seed, folder), folder)
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -23,7 +23,7 @@ const LEAST_OHMS: f64 = 0.1;
 const WORTH_A_LOOK: f64 = 0.5;
 const SHARE: f64 = 0.02;
 /// Where they are farther off than this, a calibration without lines is worth little, and minutes are well spent on looking.
-const WORTH_MINUTES: f64 = 2.0;
+const WORTH_MINUTES: f64 = 2.5;
 /// Held-out presses must be nearer by so many standard errors.
 const BETTER: f64 = 2.0;
 
@@ -49,7 +49,7 @@ impl<'a> Search<'a> {
             if off >= WORTH_A_LOOK {
                 self.doubts.push(format!(
                     "presses are {off:.1} times as far off as noise and {:.0} % of a load make them, and whether lines resist along their length was {why}",
-                    100.0 * SHARE
+                    100.0 * self.usual_share()
                 ));
             }
             return self;
@@ -57,7 +57,7 @@ impl<'a> Search<'a> {
         if !self.options.line_resistance && off < WORTH_A_LOOK {
             let text = format!(
                 "looked for, not found: without it presses are only {off:.1} times as far off as noise and {:.0} % of a load make them",
-                100.0 * SHARE
+                100.0 * self.usual_share()
             );
             self.note(LINES, false, text);
             return self;
@@ -72,13 +72,19 @@ impl<'a> Search<'a> {
         }
     }
 
+    /// What labels err by at least, a share of a load.
+    fn usual_share(&self) -> f64 {
+        SHARE.max(self.options.label_share)
+    }
+
     /// How many times as far off presses usually are as noise and a small share of their loads make them.
     fn beyond_noise(&mut self) -> f64 {
         let says = self.score().map(|score| score.says_g.clone());
         let says: Vec<Option<f64>> = says.unwrap_or_default().into_iter().map(Some).collect();
         let presses = self.readings(&says);
+        let share = self.usual_share();
         let off = presses.iter().map(|press| {
-            let usual = press.noise_g.hypot(SHARE * press.load_g);
+            let usual = press.noise_g.hypot(share * press.load_g);
             (press.says_g - press.load_g).abs() / usual
         });
         stats::median(off).unwrap_or(0.0)

@@ -109,6 +109,7 @@ pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<Uncertain
         frame_share: shared_share(judged, inflation).map(|shared| digits(shared.min(model))),
         frame_floor_g: shared_floor_g(beside).map(|shared| digits(shared.min(floor))),
         spread_error: None,
+        sheet_share: None,
         material_factor: None,
     })
 }

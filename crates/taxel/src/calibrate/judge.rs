@@ -79,6 +79,7 @@ impl Search<'_> {
         let found = uncertainty(&self.judged, beside);
         found.map(|found| UncertaintySpec {
             spread_error: self.spread_error(),
+            sheet_share: self.sheet_share(),
             ..found
         })
     }

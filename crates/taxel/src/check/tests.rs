@@ -22,6 +22,7 @@ fn pair(name: &str, times: f64, seed: u64) -> (Sensor, VirtualSensor) {
                 frame_share: None,
                 frame_floor_g: None,
                 spread_error: None,
+                sheet_share: None,
                 material_factor: None,
             });
         })

@@ -305,6 +305,7 @@ mod tests {
         frame_share: None,
         frame_floor_g: None,
         spread_error: None,
+        sheet_share: None,
         material_factor: None,
     };
 

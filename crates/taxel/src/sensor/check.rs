@@ -345,6 +345,10 @@ fn check_uncertainty(uncertainty: &UncertaintySpec) -> Result<(), Error> {
             "uncertainty.frame_floor_g",
             uncertainty.frame_floor_g.unwrap_or(0.0),
         ),
+        (
+            "uncertainty.sheet_share",
+            uncertainty.sheet_share.unwrap_or(0.0),
+        ),
     ];
     for (key, value) in shares.into_iter().chain(spread) {
         if !value.is_finite() || value < 0.0 {

@@ -147,6 +147,7 @@ const TABLES: [(&str, &[&str]); 22] = [
             "frame_share",
             "frame_floor_g",
             "spread_error",
+            "sheet_share",
             "material_factor",
         ],
     ),

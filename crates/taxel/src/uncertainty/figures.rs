@@ -9,6 +9,7 @@ mod grip;
 use super::beside::Beside;
 use super::known::{Known, is_left_out};
 use super::load::{factor_95_of, noise_counts_of, refuse_exported};
+use super::sheet_doubt::SheetDoubt;
 use super::{Adjoint, Bias, least_error_siemens, set_passive};
 use crate::circuit::{Circuit, Converter, OperatingPoint, SensorCircuit};
 use crate::frame::{grams_from_newtons, newtons_from_grams};
@@ -74,6 +75,7 @@ pub struct FigureErrors {
     spread: Option<Spread>,
     beside: Beside,
     beyond: Option<UncertaintySpec>,
+    sheet: Option<SheetDoubt>,
     sigma_volts: f64,
     sensor: Sensor,
     is_looked_at: bool,
@@ -120,6 +122,7 @@ impl FigureErrors {
             spread: material.spread.map(Spread::new),
             beside: Beside::new(sensor),
             beyond: sensor.uncertainty().copied(),
+            sheet: SheetDoubt::new(sensor)?,
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
@@ -247,6 +250,10 @@ impl FigureErrors {
                 (self.slope[taxel], self.noise[taxel]) = (0.0, 0.0);
             }
         }
+        if let Some(sheet) = &mut self.sheet {
+            let found = sheet.look_at(&*self.point, siemens.values(), &self.is_known);
+            self.is_looked_at &= found.is_ok();
+        }
     }
 
     fn total(&mut self, loads: &Frame<Newtons>) -> FigureError {
@@ -267,8 +274,9 @@ impl FigureErrors {
         let model = (share * sum).hypot(floor * count).hypot(self.own_of_sum());
         let fit = self.beyond.map_or(0.0, |beyond| beyond.fit_share) * sum.abs();
         let [apart, common] = self.doubts_of_bias(sum);
-        let noise = self.noise_of_sum().hypot(apart);
-        self.figure(noise, fit, model.hypot(common))
+        let [noise, by_sheet] = self.errors_of_sum();
+        let model = model.hypot(common).hypot(by_sheet);
+        self.figure(noise.hypot(apart), fit, model)
     }
 
     /// What the weighted sum of loads is uncertain by since noise has added to them: by its draws, and by what is wrong in
@@ -305,8 +313,8 @@ impl FigureErrors {
         }
         let (share, floor) = self.shared();
         let shared = (share * (sum * spread).sqrt()).hypot(floor * lever);
-        let model = shared.hypot(self.own_of_sum());
-        let noise = self.noise_of_sum();
+        let [noise, by_sheet] = self.errors_of_sum();
+        let model = shared.hypot(self.own_of_sum()).hypot(by_sheet);
         self.figure(noise, 0.0, model)
     }
 
@@ -326,9 +334,9 @@ impl FigureErrors {
         each.map(|(w, own)| (w * own).powi(2)).sum::<f64>().sqrt()
     }
 
-    /// The same by the noise of the readings: one solve with the adjoint of the circuit's derivative tells what each reading
-    /// adds to the sum.
-    fn noise_of_sum(&mut self) -> f64 {
+    /// The same by the noise of the readings, and by the law of the sheet: one solve with the adjoint of the circuit's derivative
+    /// tells what each reading adds to the sum.
+    fn errors_of_sum(&mut self) -> [f64; 2] {
         let (columns, absent) = (self.sensor.columns(), self.sensor.absent());
         let weights = match &self.spread {
             Some(spread) => {
@@ -356,7 +364,11 @@ impl FigureErrors {
         let influence =
             self.adjoint
                 .influence_of(&mut known, &self.work[..self.weights.len()], TOLERANCE);
-        self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt()
+        let sheet = self.sheet.as_ref();
+        [
+            self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt(),
+            sheet.map_or(0.0, |sheet| sheet.of_sum(influence)),
+        ]
     }
 
     fn figure(&self, noise: f64, fit: f64, model: f64) -> FigureError {

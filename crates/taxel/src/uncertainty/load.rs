@@ -1,8 +1,9 @@
 //! The standard error of every conductance and load of a frame.
 
 use super::beside::{Beside, by_spread};
-use super::conductance::standard_errors_beside_belief;
+use super::conductance::{DEPTH, RESTARTS, standard_errors_beside_belief};
 use super::known::{Known, is_left_out};
+use super::sheet_doubt::SheetDoubt;
 use super::standard_errors;
 use super::unmeasured::Unmeasured;
 use crate::circuit::{
@@ -12,6 +13,7 @@ use crate::frame::{grams_from_newtons, newtons_from_grams};
 use crate::material::LoadLaw;
 use crate::screen::Level;
 use crate::sensor::UncertaintySpec;
+use crate::solve::gmres::Gmres;
 use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 
 /// The circuit and the load law, and what one reading is uncertain by.
@@ -35,11 +37,19 @@ pub struct StandardErrors {
     off: Vec<f64>,
     up: Vec<f64>,
     down: Vec<f64>,
+    sheet: Option<BySheet>,
     /// Made for the first frame with readings at the ceiling: most streams have none.
     unmeasured: Option<Unmeasured>,
     with_lost: bool,
     /// Whether lines resist: then readings may tell nothing of far taxels.
     has_lines: bool,
+}
+
+/// What conductances are off by where the law of the sheet is.
+struct BySheet {
+    doubt: SheetDoubt,
+    gmres: Gmres,
+    siemens: Vec<f64>,
 }
 
 /// What the standard errors of loads are made of, newtons; σ² is the sum of their squares.
@@ -115,6 +125,11 @@ impl StandardErrors {
             off: vec![0.0; rows * columns],
             up: vec![0.0; rows * columns],
             down: vec![0.0; rows * columns],
+            sheet: SheetDoubt::new(sensor)?.map(|doubt| BySheet {
+                doubt,
+                gmres: Gmres::new(rows * columns, DEPTH.min(rows * columns)),
+                siemens: vec![0.0; rows * columns],
+            }),
             unmeasured: None,
             with_lost: sensor.readout().has_open_columns(),
             has_lines: LineResistance::from_sensor(sensor).is_some_and(|lines| !lines.is_nothing()),
@@ -215,6 +230,28 @@ impl StandardErrors {
         marks: &mut [Mark],
     ) -> Result<&Frame<Newtons>, Error> {
         self.of_siemens(siemens, is_answer, marks);
+        self.find_parts(siemens, loads, marks)?;
+        if is_answer {
+            self.add_sheet(siemens, marks)?;
+        }
+        let Parts { noise, fit, model } = &self.parts;
+        let parts = noise
+            .values()
+            .iter()
+            .zip(fit.values().iter().zip(model.values()));
+        for (sigma, (noise, (fit, model))) in self.newtons.values_mut().iter_mut().zip(parts) {
+            *sigma = (noise * noise + fit * fit + model * model).sqrt();
+        }
+        Ok(&self.newtons)
+    }
+
+    /// Noise, fit and model, but for what the law of a sheet is off by.
+    fn find_parts(
+        &mut self,
+        siemens: &Frame<Siemens>,
+        loads: &[f64],
+        marks: &[Mark],
+    ) -> Result<(), Error> {
         let law = self.law.as_ref().ok_or_else(LoadLaw::missing)?;
         let errors = self.siemens.values();
         let Parts { noise, fit, model } = &mut self.parts;
@@ -250,13 +287,42 @@ impl StandardErrors {
                 }
             }
         }
-        let parts = noise
-            .values()
-            .iter()
-            .zip(fit.values().iter().zip(model.values()));
-        for (sigma, (noise, (fit, model))) in self.newtons.values_mut().iter_mut().zip(parts) {
-            *sigma = (noise * noise + fit * fit + model * model).sqrt();
+        Ok(())
+    }
+
+    /// What loads are off by where the law of the sheet is, beside what the model leaves unexplained.
+    fn add_sheet(&mut self, siemens: &Frame<Siemens>, marks: &[Mark]) -> Result<(), Error> {
+        let Some(sheet) = &mut self.sheet else {
+            return Ok(());
+        };
+        let law = self.law.as_ref().ok_or_else(LoadLaw::missing)?;
+        let values = siemens.values();
+        let Ok(changes) = sheet.doubt.look_at(&*self.point, values, &self.is_known) else {
+            self.parts.model.values_mut().fill(f64::INFINITY);
+            return Ok(());
+        };
+        let mut known = Known {
+            point: &mut *self.point,
+            is_known: &self.is_known,
+            moved: &mut self.moved,
+        };
+        let apply = |v: &[f64], out: &mut [f64]| known.jvp_into(v, out);
+        sheet
+            .gmres
+            .solve(apply, changes, &mut sheet.siemens, 1e-3, RESTARTS);
+        for (sign, grams) in [(1.0, &mut self.up), (-1.0, &mut self.down)] {
+            let both = values.iter().zip(&sheet.siemens);
+            for (off, (value, moved)) in self.off.iter_mut().zip(both) {
+                *off = value + sign * moved;
+            }
+            law.grams_of_frame(&self.off, grams);
         }
-        Ok(&self.newtons)
+        let each = self.parts.model.values_mut().iter_mut().zip(marks);
+        for ((model, mark), (up, down)) in each.zip(self.up.iter().zip(&self.down)) {
+            if *mark != Mark::Absent {
+                *model = model.hypot(newtons_from_grams((up - down) / 2.0));
+            }
+        }
+        Ok(())
     }
 }

@@ -6,6 +6,7 @@ mod figures;
 mod known;
 mod load;
 mod noise_bias;
+mod sheet_doubt;
 mod unmeasured;
 
 pub(crate) use conductance::{Adjoint, influence_of, set_passive};

@@ -74,6 +74,7 @@ pub(super) fn uncertainty(
         frame_share: Some(digits(own.sqrt())),
         frame_floor_g: Some(digits(floor_g)),
         spread_error: None,
+        sheet_share: None,
         material_factor: None,
     })
 }

@@ -111,6 +111,10 @@ pub struct UncertaintySpec {
     /// nothing told them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_error: Option<[f64; 3]>,
+    /// How well the law of `material.sheet` is known, a share of what the sheet conducts: its two numbers are fitted, its law is
+    /// believed. Absent: not told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sheet_share: Option<f64>,
     /// `material.factor` of the calibration that it is of: a file with another one has its numbers from elsewhere. Absent: not
     /// known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
