@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::cells::{Cell, Separator, each_cell, number_of};
+use super::cells::{Cell, Separator, each_cell, next_cell, number_of};
 use super::header::Pairs;
 use super::pad::Pad;
 use super::text_file::{TextFile, ends_in_point};
@@ -29,7 +29,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     let (mut pairs, mut lines) = (Pairs::default(), Vec::new());
     while text.advance()? && !is_data(text.line()) {
         let words = text.words();
-        pairs.add(words.trim(), &['='], text.place(0).line);
+        pairs.add(words.trim(), &['='], text.number());
         lines.push(words.trim().to_owned());
     }
     text.unread();
@@ -58,6 +58,8 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         shape: (rows, columns),
         is_dynamic: pairs.get("maxidx").is_some() || has_frames(file)?,
         is_torn: false,
+        row: Vec::new(),
+        separator: Separator::Blanks,
     };
     Ok((about, Box::new(reader)))
 }
@@ -122,17 +124,49 @@ struct Apd {
     is_dynamic: bool,
     /// Whether the last line ends within its numbers.
     is_torn: bool,
+    /// The numbers of a line, and what parted those of the one before.
+    row: Vec<f64>,
+    separator: Separator,
+}
+
+/// Whether a cell says that a pressure is too small to be told.
+fn is_below(cell: &[u8]) -> bool {
+    matches!(cell, b"-1" | b"-1.0" | b"-1.00")
 }
 
 impl Apd {
+    /// The same of a line of as many plain numbers as it is to have; false of another, whatever stands in it.
+    fn plain_numbers(&mut self, from: usize, values: &mut Vec<f64>, decimals: &mut u8) -> bool {
+        let line = self.text.line();
+        let separator = self.separator;
+        self.row.resize(self.shape.1, 0.0);
+        let mut own = 0;
+        let (read, next) =
+            self.text
+                .plain(separator)
+                .read(from, &mut self.row, &mut own, |_, cell| is_below(cell));
+        if read < self.shape.1 || next_cell(line, next, separator).is_some() {
+            return false;
+        }
+        self.is_torn = !self.text.is_closed() && ends_in_point(line);
+        values.extend_from_slice(&self.row);
+        *decimals = (*decimals).max(own);
+        true
+    }
+
     /// The numbers of a line, `y=v,v,…` or `v v v`, behind those before.
     fn numbers(&mut self, values: &mut Vec<f64>, decimals: &mut u8) -> Result<(), Error> {
         let before = values.len();
         let line = self.text.line();
         let from = memchr::memchr(b'=', line).map_or(0, |at| at + 1);
+        if self.plain_numbers(from, values, decimals) {
+            return Ok(());
+        }
+        let line = self.text.line();
         let numbers = &line[from..];
+        self.separator = Separator::of(numbers);
         let mut fault = None;
-        each_cell(numbers, Separator::of(numbers), |_, cell, (at, to)| {
+        each_cell(numbers, self.separator, |_, cell, (at, to)| {
             match cell {
                 Cell::Number(value, _) if value == BELOW_THRESHOLD => values.push(0.0),
                 Cell::Number(value, own) if value >= 0.0 => {

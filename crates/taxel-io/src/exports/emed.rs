@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use super::cells::{Cell, Separator, each_cell, number_and_rest};
+use super::cells::{Cell, Separator, each_cell, next_cell, number_and_rest};
 use super::pad::{Pad, Quantity};
 use super::text_file::TextFile;
 use super::units::{millimetres, square_millimetres};
@@ -43,7 +43,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         let first = |said: &str| said.split('\t').next().unwrap_or("").trim().to_owned();
         if shape.is_none() {
             shape = said("Matrix:").and_then(matrix);
-            shape_line = text.place(0).line;
+            shape_line = text.number();
         }
         area = area.or(said("Sensor area:").and_then(|said| square_millimetres(&first(said))));
         pitch = pitch.or(said("Sensor size:").and_then(|said| sides(&first(said))));
@@ -70,6 +70,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         columns,
         newtons_per_unit,
         numbers: Vec::new(),
+        row: Vec::new(),
     };
     Ok((about, Box::new(reader)))
 }
@@ -103,6 +104,8 @@ struct Emed {
     newtons_per_unit: Option<f64>,
     /// The columns of the page, from 0.
     numbers: Vec<usize>,
+    /// The numbers of a row.
+    row: Vec<f64>,
 }
 
 impl Emed {
@@ -167,7 +170,29 @@ impl Emed {
         }
     }
 
-    fn read_row(&self, frame: &mut ParsedFrame, row: usize, from: usize) -> Result<(), Error> {
+    /// A row of as many plain numbers as there are columns, and its force behind them; `None` of another, whatever stands in it.
+    fn plain_row(&mut self, frame: &mut ParsedFrame, row: usize, from: usize) -> Option<[f64; 3]> {
+        let separator = Separator::One(b'\t');
+        self.row.resize(self.numbers.len(), 0.0);
+        let plain = self.text.plain(separator);
+        let (read, next) = plain.read(from, &mut self.row, &mut frame.decimals, |_, _| false);
+        let Some((Cell::Number(told, _), ..)) = next_cell(self.text.line(), next, separator) else {
+            return None;
+        };
+        if read < self.row.len() {
+            return None;
+        }
+        let places = &mut frame.values[row * self.columns..][..self.columns];
+        for (&column, &value) in self.numbers.iter().zip(&self.row) {
+            places[column] = value;
+        }
+        Some([self.row.iter().sum(), places.iter().sum(), told])
+    }
+
+    fn read_row(&mut self, frame: &mut ParsedFrame, row: usize, from: usize) -> Result<(), Error> {
+        if let Some([sum, all, told]) = self.plain_row(frame, row, from) {
+            return self.check_row(row, [sum, all], Some(told));
+        }
         let cells = &self.text.line()[from..];
         let (mut found, mut sum, mut told) = (0, 0.0, None);
         let mut fault = None;

@@ -1,7 +1,8 @@
 //! Open insoles (Pressure2Pose, ISCAS 2025) as `.csv`: a line a time, and in the cells `Matrix_0` and `Matrix_1` the picture of each
 //! foot, 33 x 15 whole numbers.
 
-use std::fs::File;
+mod record;
+
 use std::path::Path;
 
 use super::cells::number_of;
@@ -9,7 +10,8 @@ use super::clock::{secs_of_date, secs_of_day};
 use super::pad::{Pad, Quantity};
 use super::text_file::{TextFile, text_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
+use record::Record;
 
 const FORMAT: &str = "insole .csv";
 const ROWS: usize = 33;
@@ -82,41 +84,15 @@ fn number_column(names: &[String]) -> Option<usize> {
     })
 }
 
-fn refuse(file: &Path, reason: String, hint: &'static str) -> Error {
-    Error::Export(Box::new(ExportError::Json {
-        format: FORMAT,
-        file: file.to_owned(),
-        reason,
-        hint,
-    }))
-}
-
 pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
-    let failed = |error: csv::Error| {
-        let hint = "a table with a line of names, and matrices between quotes";
-        refuse(file, error.to_string(), hint)
-    };
-    let opened = File::open(file).map_err(|source| Error::Open {
-        file: file.to_owned(),
-        source,
-    })?;
     let mut text = TextFile::open(file)?;
     text.advance()?;
-    let mut table = csv::ReaderBuilder::new()
-        .flexible(true)
-        .delimiter(delimiter(text.words().trim()).unwrap_or(b','))
-        .from_reader(opened);
-    let names: Vec<String> = table
-        .byte_headers()
-        .map_err(failed)?
-        .iter()
-        .map(|name| {
-            text_of(name)
-                .trim_start_matches('\u{feff}')
-                .trim()
-                .to_owned()
-        })
-        .collect();
+    let part = delimiter(text.words().trim()).unwrap_or(b',');
+    text.unread();
+    let mut record = Record::default();
+    record.read(&mut text, part)?;
+    let name = |at| text_of(record.cell(at)).trim().to_owned();
+    let names: Vec<String> = (0..record.len()).map(name).collect();
     let place = |name: &str| names.iter().position(|own| own.eq_ignore_ascii_case(name));
     let (mut pads, mut places) = (Vec::new(), Vec::new());
     for (name, foot) in FEET {
@@ -136,35 +112,35 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         text,
         time: time_column(&names),
         number: number_column(&names),
-        table,
+        part,
         places,
-        record: csv::ByteRecord::new(),
+        record,
         next: 0,
-        pad: 0,
+        pad: None,
     };
     Ok((about, Box::new(reader)))
 }
 
 struct Insole {
-    /// The same file, for its name and its size.
     text: TextFile,
-    table: csv::Reader<File>,
+    /// What parts the cells of a line.
+    part: u8,
     /// Its cell of times, and seconds of their unit where it is told.
     time: Option<(usize, Option<f64>)>,
     /// Its cell of frame numbers.
     number: Option<usize>,
     /// Cells of the feet, and their names.
     places: Vec<(usize, &'static str)>,
-    record: csv::ByteRecord,
-    /// Which foot of the line comes next, and which was read last.
+    record: Record,
+    /// Which foot of the line comes next, and which was read last; `None` where the line has failed, which is of both.
     next: usize,
-    pad: usize,
+    pad: Option<usize>,
 }
 
 impl Insole {
     /// The number in a cell of the line.
     fn number(&self, at: usize) -> Option<f64> {
-        number_of(text_of(self.record.get(at)?).trim())
+        number_of(text_of(self.record.cell(at)).trim())
     }
 
     /// Seconds of the line: a number, a date and a time, or a time of the day. A cell without any has none.
@@ -172,7 +148,7 @@ impl Insole {
         let Some((at, unit)) = self.time else {
             return Ok(None);
         };
-        let cell = text_of(self.record.get(at).unwrap_or(b""));
+        let cell = text_of(self.record.cell(at));
         let cell = cell.trim();
         if cell.is_empty() {
             return Ok(None);
@@ -194,46 +170,33 @@ impl Insole {
 
     /// That the line read last has something else than is expected.
     fn wrong(&self, found: String, expected: impl Into<String>, hint: &'static str) -> Error {
-        let line = self.record.position().map_or(0, csv::Position::line);
-        Error::Export(Box::new(ExportError::Line {
-            format: FORMAT,
-            at: self.text.line_at(line),
-            found,
-            expected: expected.into(),
-            hint,
-        }))
+        let line = self.record.line();
+        self.text.wrong_on(line, FORMAT, found, expected, hint)
     }
 }
 
 impl Parser for Insole {
     fn next(&mut self, frame: &mut ParsedFrame) -> Result<bool, Error> {
         if self.next == 0 {
-            let read = self.table.read_byte_record(&mut self.record);
-            let is_more = read.map_err(|error| {
-                let hint = "a table with a line of names, and matrices between quotes";
-                refuse(self.text.file(), error.to_string(), hint)
-            })?;
-            if !is_more {
+            self.pad = None;
+            if !self.record.read(&mut self.text, self.part)? {
                 return Ok(false);
             }
         }
         let pad = self.next;
         self.next = (self.next + 1) % self.places.len();
-        self.pad = pad;
+        self.pad = Some(pad);
         frame.begin(pad, 0);
         frame.secs = self.secs()?;
         let number = self.number.and_then(|at| self.number(at));
         let is_count = |number: &f64| number.fract() == 0.0 && *number >= 0.0;
         frame.number = number.filter(is_count).map(|number| number as u64);
         let (at, name) = self.places[pad];
-        let cell = text_of(self.record.get(at).unwrap_or(b""));
-        let is_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-' | '+' | 'e' | 'E');
-        let numbers = cell
-            .split(|c: char| !is_number(c))
-            .filter(|number| !number.is_empty());
-        let value = |number: &str| number.parse::<f64>().unwrap_or(f64::NAN);
-        frame.values.extend(numbers.map(value));
-        let is_whole = frame.values.iter().all(|value| *value >= 0.0);
+        record::numbers(self.record.cell(at), &mut frame.values);
+        let is_whole = frame
+            .values
+            .iter()
+            .all(|value| (0.0..f64::INFINITY).contains(value));
         if frame.values.len() == ROWS * COLUMNS && is_whole {
             return Ok(true);
         }
@@ -256,6 +219,11 @@ impl Parser for Insole {
     }
 
     fn pad_of_error(&self) -> Option<usize> {
-        Some(self.pad)
+        self.pad
+    }
+
+    fn is_cut(&self) -> bool {
+        // The last number may have lost digits, but for those between quotes.
+        !self.text.is_closed() && !self.record.is_quoted()
     }
 }

@@ -79,7 +79,7 @@ impl NovelHeader {
         let (mut pairs, mut secs_per_frame) = (Pairs::default(), None);
         let (mut total_secs, mut rate) = (None, None);
         let sensors = loop {
-            if !text.advance()? || text.place(0).line > MAX_HEADER {
+            if !text.advance()? || text.number() > MAX_HEADER {
                 return Err(text.wrong(format, expected, hint));
             }
             let words = text.words();
@@ -88,7 +88,7 @@ impl NovelHeader {
                 break usual;
             }
             if let Some(said) = line.strip_prefix(UNIT) {
-                pairs.add(&format!("{UNIT}:{said}"), &[':'], text.place(0).line);
+                pairs.add(&format!("{UNIT}:{said}"), &[':'], text.number());
             }
             let behind = |key: &str| {
                 let (_, said) = usual.split_once(key)?;

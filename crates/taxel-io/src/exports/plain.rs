@@ -17,12 +17,41 @@ pub(super) struct PlainLine<'a> {
     pub(super) point: Option<u8>,
 }
 
-/// A cell of zero, with what parts it from the next: the bytes that a run of zeros is made of.
+/// A cell of zero, with what parts it from the next: the bytes that a run of zeros is made of, as many of it as a word holds.
 #[derive(Clone, Copy)]
-struct Zero {
+struct Zeros {
     bytes: u64,
-    mask: u64,
+    /// Of one cell, and of all that fit.
+    one: u64,
+    all: u64,
     length: usize,
+    count: usize,
+}
+
+impl Zeros {
+    /// As long as no zero was met, none is like it.
+    const NONE: Self = Self {
+        bytes: 1,
+        one: 0,
+        all: 0,
+        length: 0,
+        count: 1,
+    };
+
+    /// Of a cell of up to eight bytes with its separator, which a word begins with.
+    fn of(word: u64, length: usize) -> Self {
+        let count = 8 / length;
+        let mask = |bytes: usize| u64::MAX >> (64 - 8 * bytes);
+        let one = mask(length);
+        let bytes = (0..count).fold(0, |bytes, cell| bytes | (word & one) << (8 * length * cell));
+        Self {
+            bytes,
+            one,
+            all: mask(length * count),
+            length,
+            count,
+        }
+    }
 }
 
 /// A number, its decimals and the byte behind it.
@@ -34,7 +63,8 @@ struct Plain {
 
 impl PlainLine<'_> {
     /// Reads numbers from byte `at` on, where a cell begins, as long as they are plain and there are places for them, and their
-    /// most decimals; a letter alone counts as 0 where `is_word` says so of its place. How many, and where the next cell begins.
+    /// most decimals; a short word in the place of one, or nothing, counts as 0 where `is_word` says so of its place. How many, and
+    /// where the next cell begins.
     #[inline(always)]
     pub(super) fn read(
         &self,
@@ -43,45 +73,42 @@ impl PlainLine<'_> {
         decimals: &mut u8,
         is_word: impl Fn(usize, &[u8]) -> bool,
     ) -> (usize, usize) {
-        // As long as no zero was met, none is like it.
-        let mut zero = Zero {
-            bytes: 1,
-            mask: 0,
-            length: 0,
-        };
-        for (place, out) in out.iter_mut().enumerate() {
+        let mut zeros = Zeros::NONE;
+        let mut place = 0;
+        while place < out.len() {
             let Some(word) = self.word(at) else {
                 return (place, at);
             };
-            if word & zero.mask == zero.bytes && at + zero.length <= self.length {
-                *out = 0.0;
-                at += zero.length;
-                continue;
+            // Most of what a mat shows is nothing.
+            if (word ^ zeros.bytes) & zeros.one == 0 && zeros.length > 0 {
+                let are_all = (word ^ zeros.bytes) & zeros.all == 0;
+                let count = if are_all { zeros.count } else { 1 };
+                let length = count * zeros.length;
+                if at + length <= self.length
+                    && let Some(out) = out.get_mut(place..place + count)
+                {
+                    out.fill(0.0);
+                    (place, at) = (place + count, at + length);
+                    continue;
+                }
             }
-            let [first, behind, ..] = word.to_le_bytes();
-            if first.is_ascii_alphabetic()
-                && self.is_end(at + 1, behind)
-                && is_word(place, &[first])
+            if let Some(length) = self.short_word(at, word)
+                && is_word(place, &word.to_le_bytes()[..length])
             {
-                *out = 0.0;
-                at = (at + 2).min(self.length);
+                out[place] = 0.0;
+                (place, at) = (place + 1, (at + length + 1).min(self.length));
                 continue;
             }
             let Some(plain) = self.number(at, word) else {
                 return (place, at);
             };
-            *out = plain.value;
+            out[place] = plain.value;
             *decimals = (*decimals).max(plain.decimals);
             let next = plain.end + 1;
             if plain.value == 0.0 && next <= self.length && next - at <= 8 {
-                let mask = u64::MAX >> (64 - 8 * (next - at));
-                zero = Zero {
-                    bytes: word & mask,
-                    mask,
-                    length: next - at,
-                };
+                zeros = Zeros::of(word, next - at);
             }
-            at = next.min(self.length);
+            (place, at) = (place + 1, next.min(self.length));
         }
         (out.len(), at)
     }
@@ -91,6 +118,26 @@ impl PlainLine<'_> {
     fn word(&self, at: usize) -> Option<u64> {
         let bytes = self.text.get(at..)?.first_chunk()?;
         Some(u64::from_le_bytes(*bytes))
+    }
+
+    /// How long a cell is that begins at `at`, with these bytes, and with neither a digit nor a blank nor a quote: up to seven bytes.
+    /// `None` of any other, and at the end of the line.
+    #[inline(always)]
+    fn short_word(&self, at: usize, word: u64) -> Option<usize> {
+        let first = word as u8;
+        let is_digit = first.wrapping_sub(b'0') < 10;
+        if is_digit || first == b' ' || first == b'"' || at >= self.length {
+            return None;
+        }
+        let ends = match self.separator {
+            Separator::One(one) if first == b'\t' && one != b'\t' => return None,
+            Separator::One(one) => HIGH & !others(word, one),
+            Separator::Blanks if first == b'\t' => return None,
+            Separator::Blanks => HIGH & !(others(word, b' ') & others(word, b'\t')),
+        };
+        let bytes = ends.trailing_zeros() as usize / 8;
+        let length = bytes.min(self.length - at);
+        (length < 8).then_some(length)
     }
 
     /// Whether a cell ends before byte `at`, which is this.
@@ -189,18 +236,21 @@ mod tests {
         };
         let all = cells(line, separator);
         let (mut out, mut decimals) = (vec![-1.0; all.len() + 2], 0);
-        let is_word = |place: usize, word: &[u8]| word == b"B" && !place.is_multiple_of(3);
+        let is_word = |place: usize, word: &[u8]| {
+            matches!(word, b"B" | b"-1" | b"NaN" | b"") && !place.is_multiple_of(3)
+        };
         let (read, at) = plain.read(0, &mut out, &mut decimals, is_word);
         prop_assert!(read <= all.len());
         let mut most = 0;
         for (place, ((cell, (from, to)), value)) in all.iter().zip(&out[..read]).enumerate() {
             match cell {
+                _ if is_word(place, &line[*from..*to]) => prop_assert!(*value == 0.0),
                 Cell::Number(number, own) => {
                     prop_assert_eq!(number.to_bits(), value.to_bits());
                     prop_assert!(*own == 0 || line[*from..*to].contains(&b',') == comma);
                     most = most.max(*own);
                 }
-                _ => prop_assert!(is_word(place, &line[*from..*to]) && *value == 0.0),
+                _ => prop_assert!(false, "{cell:?} was read as {value}"),
             }
         }
         prop_assert_eq!(most, decimals);
@@ -225,7 +275,7 @@ mod tests {
 
         #[test]
         fn plain_cells_are_those_of_the_careful_reader(
-            line in "(( {0,3}(0|0|0.0|0.00|[0-9]{1,4}|[0-9]{1,3}[.,][0-9]{0,3}|B)[,\t; ])|([-+.,;\t 0-9BnaeE\"]{0,3})){0,40}",
+            line in "(( {0,3}(0|0|0.0|0.00|[0-9]{1,4}|[0-9]{1,3}[.,][0-9]{0,3}|B|-1|NaN|)[,\t; ])|([-+.,;\t 0-9BnaeE\"]{0,3})){0,40}",
             (separator, comma) in (0usize..4, any::<bool>()),
             behind in "[0-9.,\t\r\n ]{0,20}",
         ) {

@@ -101,7 +101,7 @@ fn read_behind(text: &mut TextFile, sensors: usize) -> Result<Behind, Error> {
                 continue;
             }
             b"x[c]" => {
-                behind.centres_line = text.place(0).line;
+                behind.centres_line = text.number();
                 &mut behind.centres_cm[0]
             }
             b"y[c]" => &mut behind.centres_cm[1],

@@ -32,6 +32,8 @@ pub struct ExportReader {
     parsed: ParsedFrame,
     counts: Vec<f64>,
     marks: Vec<Mark>,
+    /// Whether any of them tells of saturation.
+    has_saturated: bool,
     frame: u64,
     given: u64,
     first_number: Option<u64>,
@@ -90,6 +92,7 @@ impl ExportReader {
             parsed: ParsedFrame::default(),
             counts: vec![0.0; pad.rows * pad.columns],
             marks: vec![Mark::Good; pad.rows * pad.columns],
+            has_saturated: false,
             frame: 0,
             given: 0,
             first_number: None,
@@ -168,6 +171,13 @@ impl ExportReader {
     fn mark(&mut self) {
         let pad = &self.about.pads[self.pad];
         let saturation = pad.saturation.unwrap_or(f64::INFINITY);
+        let values = self.parsed.values.iter();
+        let is_saturated = values.fold(false, |any, value| any | (*value >= saturation));
+        // Of most frames every mark is that of the one before.
+        if !is_saturated && !self.has_saturated && self.given > 0 {
+            return;
+        }
+        self.has_saturated = is_saturated;
         for (mark, &value) in self.marks.iter_mut().zip(&self.parsed.values) {
             *mark = if value >= saturation {
                 Mark::Saturated
@@ -285,7 +295,7 @@ impl FrameSource<Counts> for ExportReader {
 
     fn next_into(&mut self, frame: &mut Frame<Counts>) -> Result<bool, Error> {
         while !self.done {
-            let first_line = self.parser.text().place(0).line + 1;
+            let first_line = self.parser.text().number() + 1;
             match self.next_of_pad() {
                 Ok(true) => {
                     self.follow_number();

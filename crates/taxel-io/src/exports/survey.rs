@@ -151,7 +151,7 @@ fn needed_decimals(values: &[f64], least: u8) -> u8 {
         let power = power_of_ten(decimals);
         values.iter().all(|value| {
             let scaled = value * power;
-            (scaled - scaled.round()).abs() < 1e-6 * (1.0 + scaled.abs() * 1e-6)
+            (scaled - rounded(scaled)).abs() < 1e-6 * (1.0 + scaled.abs() * 1e-6)
         })
     };
     (least..MAX_DECIMALS)
@@ -208,15 +208,10 @@ fn whole_count(
 pub(super) fn rounded(number: f64) -> f64 {
     // A sum with it has no fraction. What is beyond it is of no converter.
     const ROUNDS: f64 = (1u64 << 52) as f64;
-    if number >= ROUNDS {
-        return number;
-    }
     let even = (number + ROUNDS) - ROUNDS;
-    if number - even == 0.5 {
-        even + 1.0
-    } else {
-        even
-    }
+    let up = if number - even == 0.5 { 1.0 } else { 0.0 };
+    // Both are found, so that several numbers may be at once.
+    if number < ROUNDS { even + up } else { number }
 }
 
 #[cfg(test)]

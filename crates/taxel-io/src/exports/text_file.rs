@@ -161,6 +161,11 @@ impl TextFile {
         text_of(self.line())
     }
 
+    /// Its number, from 1; 0 before the first.
+    pub(super) fn number(&self) -> u64 {
+        self.lines.number()
+    }
+
     /// Where byte `from` of it stands.
     pub(super) fn place(&self, from: usize) -> Place {
         Place {
@@ -207,6 +212,24 @@ impl TextFile {
         Error::Export(Box::new(ExportError::Line {
             format,
             at: self.place(from),
+            found: found.into(),
+            expected: expected.into(),
+            hint,
+        }))
+    }
+
+    /// The same of line `line`.
+    pub(super) fn wrong_on(
+        &self,
+        line: u64,
+        format: &'static str,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+        hint: &'static str,
+    ) -> Error {
+        Error::Export(Box::new(ExportError::Line {
+            format,
+            at: self.line_at(line),
             found: found.into(),
             expected: expected.into(),
             hint,

@@ -102,7 +102,7 @@ fn read_header(text: &mut TextFile, english: &Words) -> Result<(Pairs, String), 
         }
         if !is_blank(text.line()) {
             let key = key.unwrap_or_default();
-            pairs.add_pair(&key, value_of(&words), text.place(0).line);
+            pairs.add_pair(&key, value_of(&words), text.number());
             lines.push(words.trim_end_matches([',', ';']).to_owned());
         }
     }
@@ -259,6 +259,11 @@ impl XSensor {
             if is_blank(self.text.line()) {
                 continue;
             }
+            // Rows of groups, which are left out, are most lines of some files.
+            let is_row = begins_with_digit(self.text.line());
+            if is_row && !self.is_behind_rows {
+                continue;
+            }
             let words = self.text.words();
             let Some(key) = self.key_of(&words) else {
                 if self.is_behind_rows {
@@ -287,7 +292,7 @@ impl XSensor {
                 "sensels" if block.is_some() => return Ok(block),
                 _ => {
                     if let Some(block) = &mut block {
-                        let line = self.text.place(0).line;
+                        let line = self.text.number();
                         block.pairs.add_pair(&key, value, line);
                     }
                 }

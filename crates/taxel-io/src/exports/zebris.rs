@@ -133,7 +133,7 @@ fn read_platform(text: &mut TextFile) -> Result<(Pairs, String), Error> {
             text.unread();
             break;
         }
-        pairs.add(line, &['\t'], text.place(0).line);
+        pairs.add(line, &['\t'], text.number());
         if !line.is_empty() {
             lines.push(line.to_owned());
         }

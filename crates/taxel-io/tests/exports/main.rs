@@ -11,6 +11,7 @@ mod shapes;
 mod silent;
 mod sizes;
 mod spelled;
+mod streamed;
 mod units;
 mod variants;
 mod whole;

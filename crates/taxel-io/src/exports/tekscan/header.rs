@@ -26,7 +26,7 @@ pub(super) fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error>
     let mut pairs = Pairs::default();
     let mut lines = Vec::new();
     let mut is_comment = false;
-    while text.advance()? && text.place(0).line <= MAX_HEADER {
+    while text.advance()? && text.number() <= MAX_HEADER {
         let words = text.words();
         let line = words.trim_end_matches(PADDING).trim();
         let line = line
@@ -43,7 +43,7 @@ pub(super) fn read_header(text: &mut TextFile) -> Result<(Pairs, String), Error>
         let is_next = is_key(key) && pairs.line_of(&key.to_lowercase()) == 0;
         is_comment = begins_comment || is_comment && !is_next;
         if !is_comment {
-            pairs.add(line, &SEPARATORS, text.place(0).line);
+            pairs.add(line, &SEPARATORS, text.number());
         }
         if !line.is_empty() {
             lines.push(line.to_owned());

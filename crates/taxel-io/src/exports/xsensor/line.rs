@@ -19,7 +19,14 @@ pub(super) fn key_of_words(line: &str) -> Option<String> {
     let key = key.trim_matches(|c: char| matches!(c, '"' | ':') || c.is_whitespace());
     let begins = key.chars().next().is_some_and(char::is_alphabetic);
     // A spreadsheet that replaces points by commas does it in words as well.
-    begins.then(|| key.to_lowercase().replace(',', "."))
+    begins.then(|| {
+        let key = key.to_lowercase();
+        if key.contains(',') {
+            key.replace(',', ".")
+        } else {
+            key
+        }
+    })
 }
 
 /// What stands behind the key, without its quotes.
@@ -53,6 +60,7 @@ pub(super) fn begins_with_digit(line: &[u8]) -> bool {
 
 /// Whether a line parts others and says nothing.
 pub(super) fn is_blank(line: &[u8]) -> bool {
-    line.iter()
-        .all(|byte| matches!(byte, b',' | b' ' | b'\t' | b';'))
+    let is_none = |byte: &u8| matches!(byte, b',' | b' ' | b'\t' | b';');
+    // The first byte tells of nearly every line; of one that parts nothing, all are looked at, several at once.
+    line.first().is_none_or(is_none) && line.iter().fold(true, |all, byte| all & is_none(byte))
 }
