@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
+use taxel::sensor::SensorSpec;
 use taxel_acquire::Address;
 use taxel_io::exports::{self, ExportAbout, Survey};
 use taxel_io::{SensorFileError, sensor_toml_of};
@@ -37,6 +38,22 @@ pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
 /// The sensor of a file of another program, by a reading of it through.
 pub fn exported(path: &Path, about: &ExportAbout, survey: &Survey) -> Result<Sensor, Error> {
     checked(path, &exports::sensor_by(path, about, survey).to_toml())
+}
+
+/// The same sensor with the whole header of the file that it stands for: with names of persons and of files, which are left out else
+/// of all that is written. Of any other recording, and a sensor that was given for it, as it is.
+pub fn with_names(sensor: Sensor, recording: &Path) -> Result<Sensor, Error> {
+    if sensor.exported().is_none() {
+        return Ok(sensor);
+    }
+    let Some(about) = exports::about(recording)? else {
+        return Ok(sensor);
+    };
+    let mut spec = SensorSpec::from_toml(&sensor.to_toml())?;
+    if let Some(exported) = &mut spec.exported {
+        exported.header = (!about.header.is_empty()).then_some(about.header);
+    }
+    checked(recording, &spec.to_toml())
 }
 
 fn checked(path: &Path, text: &str) -> Result<Sensor, Error> {

@@ -69,6 +69,15 @@ pub fn needed_sensor(
     })
 }
 
+/// The sensor as it is written: with the names that its header has, where they are `wanted`.
+pub fn named(sensor: Sensor, recording: &Path, wanted: bool) -> Result<Sensor, Error> {
+    if wanted {
+        Ok(sensor_source::with_names(sensor, recording)?)
+    } else {
+        Ok(sensor)
+    }
+}
+
 /// Refuses loads that another program has found where the readings of a circuit are asked for.
 pub fn needs_readings(sensor: &Sensor) -> Result<(), Error> {
     match sensor.exported() {

@@ -52,6 +52,8 @@ pub struct Settings {
     pub no_tare: bool,
     /// Whether the recordings have rows and columns swapped.
     pub transpose: bool,
+    /// Whether the names that a file of another program has in its header are kept in what is written.
+    pub with_names: bool,
 }
 
 /// What loads and marks are written as, with counts and times.
@@ -89,6 +91,7 @@ impl Settings {
             repair: None,
             no_tare: false,
             transpose: false,
+            with_names: false,
         }
     }
 
@@ -129,7 +132,7 @@ impl Settings {
     pub fn fingerprint(&self) -> Result<String, Error> {
         let model = self.method.file();
         let model = model.map(|file| fingerprint::of_file(&file)).transpose()?;
-        let all = serde_json::json!({
+        let mut all = serde_json::json!({
             "sensor": self.sensor.as_ref().map(|(sensor, _)| sensor.to_toml()),
             "method": match &model {
                 Some((_, sum)) => sum.clone(),
@@ -142,6 +145,9 @@ impl Settings {
             "no_tare": self.no_tare,
             "transpose": self.transpose,
         });
+        if self.with_names {
+            all["with_names"] = true.into();
+        }
         Ok(fingerprint::of_text(&all.to_string()))
     }
 }

@@ -113,6 +113,11 @@ fn convert(
         Some((sensor, file)) => (sensor.clone(), file.clone()),
         None => sensor_source::of_recording(recording)?,
     };
+    let sensor = if batch.settings.with_names {
+        sensor_source::with_names(sensor, recording)?
+    } else {
+        sensor
+    };
     let folder = place.parent().expect("a file lies in a folder");
     std::fs::create_dir_all(folder).map_err(|source| Error::Folder {
         folder: folder.to_owned(),

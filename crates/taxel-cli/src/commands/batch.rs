@@ -65,6 +65,9 @@ pub(crate) struct Args {
     /// The recordings have rows and columns swapped
     #[arg(long)]
     transpose: bool,
+    /// Keep in the header of what is written what a file of another program says of persons, and names of files; left out else
+    #[arg(long)]
+    with_names: bool,
     /// Only every n-th recording from the i-th on, for jobs side by side; then once without it for summary.csv
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
@@ -162,6 +165,7 @@ fn settings(args: &Args) -> Result<Settings, Error> {
     settings.repair = (args.repair || args.no_repair).then_some(args.repair);
     settings.no_tare = args.no_tare;
     settings.transpose = args.transpose;
+    settings.with_names = args.with_names;
     Ok(settings)
 }
 

@@ -88,6 +88,9 @@ pub(crate) struct Args {
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
+    /// Keep in the header of what is written what a file of another program says of persons, and names of files; left out else
+    #[arg(long)]
+    with_names: bool,
     /// Threads that share the work, with the same results; as many as there are cores where it is not given
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -101,6 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     check(args)?;
     let (sensor, sensor_file) =
         recorded::needed_sensor(args.sensor.as_deref(), Some(&args.recording))?;
+    let sensor = recorded::named(sensor, &args.recording, args.with_names)?;
     let input = input(args, &sensor)?;
     let unit = output::unit(args);
     let mut files = output::files(args);

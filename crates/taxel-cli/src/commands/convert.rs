@@ -46,6 +46,9 @@ pub(crate) struct Args {
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
+    /// Keep in the header of what is written what a file of another program says of persons, and names of files; left out else
+    #[arg(long)]
+    with_names: bool,
 }
 
 /// Frames, and the host's time where the recording knows it.
@@ -173,6 +176,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         Some(file) => sensor_file::load(file)?,
         None => sensor_source::of_recording(&args.recording)?.0,
     };
+    let sensor = recorded::named(sensor, &args.recording, args.with_names)?;
     check_bits(args, &sensor)?;
     let mut options = ReadOptions::of(&sensor);
     options.keep_going = args.keep_going;

@@ -41,7 +41,8 @@ pub(crate) struct Args {
     /// The recording has rows and columns swapped
     #[arg(long)]
     transpose: bool,
-    /// Show what a file of another program says of persons, and names of files, which are left out else
+    /// Show, and keep in the sensor file that is written, what a file of another program says of persons, and names of files; left
+    /// out else
     #[arg(long)]
     with_names: bool,
     /// Where to write the sensor file that the recording carries (.toml), to be looked at and changed
@@ -123,6 +124,7 @@ fn write_sensor(args: &Args, sensor: Option<&Sensor>) -> Result<(), Error> {
             hint: ".mcap and .parquet carry one, and exports of other programs stand for one",
         });
     };
+    let sensor = recorded::named(sensor.clone(), &args.recording, args.with_names)?;
     out::file(file, sensor.to_toml().as_bytes())?;
     out::note(&format!("wrote {}", file.display()));
     Ok(())

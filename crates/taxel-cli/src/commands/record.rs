@@ -9,7 +9,7 @@ use taxel_acquire::transport::State;
 use super::positive::positive;
 use crate::error::Error;
 use crate::outputs::check_ending;
-use crate::{Exit, interrupt, out};
+use crate::{Exit, interrupt, out, recorded};
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{RecordTopics, SavedRecording, Session, SessionOptions};
@@ -42,6 +42,9 @@ pub(crate) struct Args {
     /// Record total force, peak pressure, contact area and centre of pressure too
     #[arg(long)]
     figures: bool,
+    /// Keep in the header of what is written what a file of another program says of persons, and names of files; left out else
+    #[arg(long)]
+    with_names: bool,
     /// End after this many seconds
     #[arg(long, value_name = "SECONDS", value_parser = positive)]
     secs: Option<f64>,
@@ -69,6 +72,10 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     check_recording("-o", &args.output)?;
     let (sensor, sensor_file) = sensor_source::of(&args.address, args.sensor.as_deref())?;
+    let sensor = match &args.address {
+        Address::File { path, .. } => recorded::named(sensor, path, args.with_names)?,
+        _ => sensor,
+    };
     interrupt::listen();
     let mut options = SessionOptions::new(args.address.clone(), sensor, sensor_file);
     options.method = args.method.clone();

@@ -94,6 +94,52 @@ fn pictures_and_archives_say_it_as_well() {
     );
 }
 
+/// Names of persons and of files are in what is written where they were asked for, and nowhere else.
+#[test]
+fn names_are_written_where_they_are_asked_for() {
+    let folder = with(&["fscan.asf"]);
+    let has_name = |file: &str| {
+        let written = std::fs::read(folder.path(file)).unwrap();
+        let written = String::from_utf8_lossy(&written);
+        assert!(written.contains("SENSEL_AREA 25.8064 mm2"), "{file}");
+        written.contains("FraserP10")
+    };
+    for command in [
+        "convert fscan.asf -o FILE.mcap",
+        "convert fscan.asf -o FILE.parquet",
+        "compensate fscan.asf -o FILE.mcap",
+        "compensate fscan.asf -o FILE.parquet",
+        "record fscan.asf -o FILE.mcap",
+    ] {
+        let ending = &command[command.rfind('.').unwrap()..];
+        let file = |name: &str| format!("{name}{ending}");
+        for (name, option, has) in [("without", "", false), ("with", " --with-names", true)] {
+            let _ = std::fs::remove_file(folder.path(&file(name)));
+            folder.good(&format!("{}{option}", command.replace("FILE", name)));
+            assert_eq!(has_name(&file(name)), has, "{command}{option}");
+        }
+    }
+    for (option, has) in [("", false), (" --with-names", true)] {
+        folder.good(&format!("info fscan.asf --write-sensor own.toml{option}"));
+        assert_eq!(has_name("own.toml"), has);
+        folder.good(&format!("compensate fscan.asf -o own.xdf{option}"));
+        assert_eq!(has_name("own.xdf"), has);
+        folder.good(&format!("batch fscan.asf --out results{option}"));
+        assert_eq!(has_name("results/fscan.asf.loads.parquet"), has);
+    }
+    // What shows numbers alone has none either way.
+    let measured = folder.good("measure fscan.asf --trials whole --json -o f.json");
+    let drawn = folder.good("plot fscan.asf -o foot.svg");
+    for text in [
+        measured.out,
+        drawn.err,
+        folder.read("f.json"),
+        folder.read("foot.svg"),
+    ] {
+        assert!(!text.contains("FraserP10"), "{text}");
+    }
+}
+
 #[test]
 fn what_needs_a_circuit_is_refused() {
     let folder = with(&["fscan.asf", "pedar.asc", "iscan.csv", "xsensor.csv"]);

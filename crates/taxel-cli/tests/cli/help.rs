@@ -156,6 +156,8 @@ fn flags_of_compensate() {
           --no-repair                Replace nothing, even if the sensor file asks for it
           --no-tare                  Leave the recording's tare on
           --transpose                The recording has rows and columns swapped
+          --with-names               Keep in the header of what is written what a file of another
+                                     program says of persons, and names of files; left out else
           --threads <N>              Threads that share the work, with the same results; as many as
                                      there are cores where it is not given
           --json                     Print a summary as JSON
@@ -310,8 +312,8 @@ fn flags_of_info() {
                                   .parquet: their loads, newtons
           --keep-going            Leave out frames that cannot be read, instead of stopping at the first
           --transpose             The recording has rows and columns swapped
-          --with-names            Show what a file of another program says of persons, and names of
-                                  files, which are left out else
+          --with-names            Show, and keep in the sensor file that is written, what a file of
+                                  another program says of persons, and names of files; left out else
           --write-sensor <FILE>   Where to write the sensor file that the recording carries (.toml), to
                                   be looked at and changed
           --json                  Print JSON
