@@ -1,5 +1,5 @@
-//! Lines of nothing but short whole numbers with a comma behind each: nearly all of a recording of counts. Read without a
-//! branch for any digit, as many bytes at a time as a register holds. Of every other line nothing is said but that it is
+//! Lines of nothing but short whole numbers with a comma (or another byte) behind each: nearly all of a recording of counts. Read
+//! without a branch for any digit, as many bytes at a time as a register holds. Of every other line nothing is said but that it is
 //! another: the careful reader tells what is wrong with it, if anything is.
 
 use std::ops::Range;
@@ -8,10 +8,12 @@ use crate::words::{no_digits, others};
 
 /// Bytes whose commas are looked for at once.
 const BLOCK: usize = 64;
-/// The most digits of a number, and so the bytes before a block that its first number may begin in.
+/// The digits that a number is cut out of the text with; a fifth, which few have, is added to them.
 const DIGITS: usize = 4;
+/// The largest number: whatever is kept holds it.
+const MOST: u32 = u16::MAX as u32;
 /// Bytes that must be held before a line and behind it, whatever they are.
-pub(crate) const BEFORE: usize = DIGITS;
+pub(crate) const BEFORE: usize = DIGITS + 1;
 pub(crate) const BEHIND: usize = BLOCK + DIGITS;
 /// Numbers that are cut out of the text before they are computed, several at a time.
 const HELD: usize = 256;
@@ -29,33 +31,44 @@ impl Kept for f64 {
     }
 }
 
-/// Four digits fit.
+/// [`MOST`] fits.
 impl Kept for u16 {
     fn of(whole: u32) -> Self {
         whole as u16
     }
 }
 
-/// Reads the numbers of a line, bytes `line` of `text`, where each is of one to four digits, a comma stands between two and
+/// Reads the numbers of a line, bytes `line` of `text`, where each is of one to five digits and at most 65535, a comma stands between two and
 /// perhaps behind the last, and there are as many as `out` has places, none above `most`. False of every other line, and of
 /// one that fewer than [`BEHIND`] bytes stand behind or none before; `out` may have lost what it held.
 pub(crate) fn read_line<T: Kept>(text: &[u8], line: Range<usize>, out: &mut [T], most: T) -> bool {
-    let has_room = line.start >= BEFORE && text.len() >= line.end.saturating_add(BEHIND);
-    let is_read = has_room && !line.is_empty() && numbers(text, line, out).is_some();
-    is_read && out.iter().fold(true, |all, number| all & (*number <= most))
+    read_cells(text, line, b',', out)
+        && out.iter().fold(true, |all, number| all & (*number <= most))
 }
 
-fn numbers<T: Kept>(text: &[u8], line: Range<usize>, out: &mut [T]) -> Option<()> {
+/// The same of numbers that another byte parts, without a limit of their own.
+pub(crate) fn read_cells<T: Kept>(
+    text: &[u8],
+    line: Range<usize>,
+    part: u8,
+    out: &mut [T],
+) -> bool {
+    let has_room = line.start >= BEFORE && text.len() >= line.end.saturating_add(BEHIND);
+    has_room && !line.is_empty() && numbers(text, line, part, out).is_some()
+}
+
+fn numbers<T: Kept>(text: &[u8], line: Range<usize>, part: u8, out: &mut [T]) -> Option<()> {
     // What ends the last number: the comma that closes the line, or whatever stands behind it.
-    let closes = text[line.end - 1] != b',';
+    let closes = text[line.end - 1] != part;
     let end = line.end + usize::from(closes);
     let mut places = out;
     let (mut held, mut count) = ([0; HELD], 0);
-    // As if a number had ended before the line.
+    // As if a number had ended before the line, and none had begun that is longer than most.
     let mut before = u64::MAX;
+    let mut is_long = false;
     for at in (line.start..end).step_by(BLOCK) {
         let window: &[u8; BLOCK + 2 * DIGITS] = text.get(at - DIGITS..)?.first_chunk()?;
-        let (mut ends, mut strange) = ends_and_others(window[DIGITS..].first_chunk()?);
+        let (mut ends, mut strange) = ends_and_others(window[DIGITS..].first_chunk()?, part);
         let left = (end - at).min(BLOCK);
         let own = u64::MAX >> (BLOCK - left);
         if at + left == end {
@@ -63,14 +76,22 @@ fn numbers<T: Kept>(text: &[u8], line: Range<usize>, out: &mut [T]) -> Option<()
             ends = ends & own | last;
             strange &= !last;
         }
-        if (strange | misfits(before, ends)) & own != 0 {
+        let Misfits { wrong, longer } = misfits(before, ends);
+        if (strange | wrong) & own != 0 {
             return None;
         }
+        // Behind their fifth digit numbers end.
+        let long = (longer & own) << 1 | u64::from(is_long);
+        is_long = (longer & own) >> (BLOCK - 1) == 1;
         if count + BLOCK + STEP > HELD {
             places = keep(&held, count, places)?;
             count = 0;
         }
-        count += cut_out(window, ends, before, held[count..].first_chunk_mut()?);
+        let cut: &mut [u32; BLOCK + STEP] = held[count..].first_chunk_mut()?;
+        count += cut_out(window, ends, before, cut);
+        if long != 0 {
+            add_fifths(&text[at - BEFORE..], long, ends, cut)?;
+        }
         before = ends;
     }
     keep(&held, count, places)?.is_empty().then_some(())
@@ -92,7 +113,7 @@ fn cut_out(
         0x0F0F_0000,
         0x0F0F_0F00,
         0x0F0F_0F0F,
-        0,
+        0x0F0F_0F0F,
         0,
         0,
     ];
@@ -112,6 +133,23 @@ fn cut_out(
     count
 }
 
+/// Adds the first digits of numbers of five, which end where `long` says, to their thousands; `None` where one is above [`MOST`].
+/// `text` begins [`BEFORE`] bytes before the block whose numbers were cut out.
+#[cold]
+fn add_fifths(text: &[u8], mut long: u64, ends: u64, cut: &mut [u32]) -> Option<()> {
+    while long != 0 {
+        let end = long.trailing_zeros();
+        let place = (ends & ((1 << end) - 1)).count_ones() as usize;
+        let fifth = text[end as usize + BEFORE - 5] & 0x0F;
+        cut[place] += u32::from(10 * fifth);
+        if number(cut[place]) > MOST {
+            return None;
+        }
+        long &= long - 1;
+    }
+    Some(())
+}
+
 /// Computes numbers that were cut out into the first places; those that are left.
 #[inline(always)]
 fn keep<'a, T: Kept>(held: &[u32; HELD], count: usize, places: &'a mut [T]) -> Option<&'a mut [T]> {
@@ -127,7 +165,7 @@ fn keep<'a, T: Kept>(held: &[u32; HELD], count: usize, places: &'a mut [T]) -> O
     Some(rest)
 }
 
-/// The number of four digits, the first in the lowest byte.
+/// The number of four digits, the first in the lowest byte, which may be more than a digit.
 #[inline(always)]
 fn number(digits: u32) -> u32 {
     // Of two digits each, then of four; by shifts and sums, which every processor has for several numbers at once.
@@ -137,25 +175,36 @@ fn number(digits: u32) -> u32 {
     (pairs >> 16) + (hundreds << 6) + (hundreds << 5) + (hundreds << 2)
 }
 
-/// Not zero where a number of a block has no digit or more than four; `before`: where those of the block before it end.
-#[inline(always)]
-fn misfits(before: u64, ends: u64) -> u64 {
-    let behind = |bytes: u32| ends << bytes | before >> (64 - bytes);
-    let none = ends & behind(1);
-    // No end in five bytes.
-    let longer = !(ends | behind(1) | behind(2) | behind(3) | behind(4));
-    none | longer
+/// What is out of the usual in a block.
+struct Misfits {
+    /// Not zero where a number has no digit or more than five.
+    wrong: u64,
+    /// Fifth digits.
+    longer: u64,
 }
 
-/// Of the bytes of a block, a bit for each: those that are no digits; and those that are no commas either.
+/// Numbers of a block of no digit, or of more than four; `before`: where those of the block before it end.
 #[inline(always)]
-fn ends_and_others(block: &[u8; BLOCK]) -> (u64, u64) {
+fn misfits(before: u64, ends: u64) -> Misfits {
+    let behind = |bytes: u32| ends << bytes | before >> (64 - bytes);
+    let none = ends & behind(1);
+    // No end in five bytes, and in six.
+    let longer = !(ends | behind(1) | behind(2) | behind(3) | behind(4));
+    Misfits {
+        wrong: none | longer & !behind(5),
+        longer,
+    }
+}
+
+/// Of the bytes of a block, a bit for each: those that are no digits; and those that are no commas either, or what else parts cells.
+#[inline(always)]
+fn ends_and_others(block: &[u8; BLOCK], part: u8) -> (u64, u64) {
     let (mut ends, mut strange) = (0, 0);
     for (at, bytes) in block.as_chunks::<8>().0.iter().enumerate() {
         let word = u64::from_le_bytes(*bytes);
         let end = no_digits(word);
         ends |= bits(end) << (8 * at);
-        strange |= bits(end & others(word, b',')) << (8 * at);
+        strange |= bits(end & others(word, part)) << (8 * at);
     }
     (ends, strange)
 }
@@ -201,7 +250,7 @@ mod tests {
             .unwrap_or(line)
             .split(|byte| *byte == b',');
         let is_plain =
-            |cell: &[u8]| (1..=4).contains(&cell.len()) && cell.iter().all(u8::is_ascii_digit);
+            |cell: &[u8]| (1..=5).contains(&cell.len()) && cell.iter().all(u8::is_ascii_digit);
         let is_line_plain = !line.is_empty() && cells.clone().all(is_plain);
         prop_assert_eq!(is_read, is_line_plain && wanted.is_ok());
         Ok(())
@@ -212,16 +261,16 @@ mod tests {
 
         #[test]
         fn plain_lines_are_read_as_by_the_careful_reader(
-            cells in prop::collection::vec(0u16..10_000, 1..300),
-            most in 0u16..10_000,
+            cells in prop::collection::vec(prop_oneof![0u16..100, 0u16..10_000, any::<u16>()], 1..300),
+            most in any::<u16>(),
             (closed, around) in (any::<bool>(), any::<u8>()),
         ) {
             let words: Vec<String> = cells.iter().map(u16::to_string).collect();
             let line = words.join(",") + if closed { "," } else { "" };
             check(line.as_bytes(), cells.len(), most, around)?;
-            check(line.as_bytes(), cells.len(), 9999, around)?;
-            check(line.as_bytes(), cells.len() + 1, 9999, around)?;
-            check(line.as_bytes(), cells.len() - 1, 9999, around)?;
+            check(line.as_bytes(), cells.len(), u16::MAX, around)?;
+            check(line.as_bytes(), cells.len() + 1, u16::MAX, around)?;
+            check(line.as_bytes(), cells.len() - 1, u16::MAX, around)?;
         }
 
         #[test]
@@ -230,15 +279,30 @@ mod tests {
             odd in prop::collection::vec((any::<prop::sample::Index>(), "[-+., 0-9eEnx\t\"é]"), 0..3),
             (numbers, around) in (0usize..72, any::<u8>()),
         ) {
-            check(line.as_bytes(), numbers, 9999, around)?;
+            check(line.as_bytes(), numbers, u16::MAX, around)?;
             for (at, word) in odd {
                 let at = at.index(line.chars().count() + 1);
                 let at = line.char_indices().nth(at).map_or(line.len(), |(at, _)| at);
                 line.insert_str(at, &word);
             }
             let fields = crate::number::count_fields(line.as_bytes());
-            check(line.as_bytes(), numbers, 9999, around)?;
-            check(line.as_bytes(), fields, 9999, around)?;
+            check(line.as_bytes(), numbers, u16::MAX, around)?;
+            check(line.as_bytes(), fields, u16::MAX, around)?;
+        }
+    }
+
+    #[test]
+    fn whatever_parts_them() {
+        for part in *b",\t;" {
+            let parted = char::from(part).to_string();
+            let text = ["1", "22", "0", "4444"].join(&parted);
+            let line = [&[b'7'; BEFORE], text.as_bytes(), &[b'7'; BEHIND]].concat();
+            for own in *b",\t;" {
+                let mut out = [0.0; 4];
+                let is_read = read_cells(&line, BEFORE..BEFORE + text.len(), own, &mut out);
+                assert_eq!(is_read, own == part);
+                assert!(!is_read || out == [1.0, 22.0, 0.0, 4444.0]);
+            }
         }
     }
 
@@ -246,7 +310,7 @@ mod tests {
     fn a_line_needs_room_around_it() {
         let mut out = [0.0];
         assert!(!read_line(b"12345,", 0..1, &mut out, 9.0));
-        assert!(!read_line(b"____1,", 4..5, &mut out, 9.0));
+        assert!(!read_line(b"_____1,", 5..6, &mut out, 9.0));
         assert!(read(b"1", b'7', &mut out, 9.0) && out == [1.0]);
     }
 }

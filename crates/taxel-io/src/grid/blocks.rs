@@ -279,6 +279,24 @@ mod tests {
         }
     }
 
+    /// A converter of 16 bits has them, and a frame with one is no slower to read.
+    #[test]
+    fn counts_of_five_digits_are_plain() {
+        let options = ReadOptions::new(2, 3);
+        let rule = Rule::Counts { maximum: 65535.0 };
+        let frames = |count: u32| format!("1,{count},10000\n65535,9999,0\n").repeat(80);
+        for (count, plain) in [(12345, 1..80), (65535, 1..80), (65536, 1..1)] {
+            let text = "0,1,2\n3,4,5\n".to_owned() + &frames(count)[..];
+            let mut grid = Grid::new(text.as_bytes(), Path::new("a"), options, rule).unwrap();
+            let mut frame = Frame::<Counts>::zeros(2, 3);
+            assert!(grid.next_into(&mut frame).unwrap());
+            let mut out = Vec::new();
+            assert_eq!(grid.next_counts(79, &mut out, &Serial).unwrap(), plain);
+            let row = [1, count as u16, 10000, 65535, 9999, 0];
+            assert_eq!(out, row.repeat((plain.end - 1) as usize));
+        }
+    }
+
     #[test]
     fn most_of_a_long_text_is_read_plainly() {
         let line = "1,22,333,\n".repeat(64);
