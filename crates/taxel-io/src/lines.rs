@@ -97,6 +97,14 @@ impl<R: Read> Lines<R> {
         plain::read_line(&self.buffer, from..to, out, most)
     }
 
+    /// Reads a line of plain cells, see [`plain::read_cells`]; false of every other.
+    pub(crate) fn read_cells(&self, line: Line, part: u8, out: &mut [f64]) -> bool {
+        let Line::Text { from, to, .. } = line else {
+            return false;
+        };
+        plain::read_cells(&self.buffer, from..to, part, out)
+    }
+
     /// Holds as many bytes of the lines that come next, or all there are: the buffer, and where in it they are. `None` where the
     /// line given last is to come once more.
     pub(crate) fn hold(&mut self, bytes: usize) -> io::Result<Option<(&[u8], Range<usize>)>> {

@@ -60,7 +60,9 @@ impl Parser for Fsa {
         }
         frame.begin(0, ROWS * COLUMNS);
         let rows = self.rows;
-        rows.read(&self.text, &mut frame.values, &mut frame.decimals)?;
+        if !self.text.read_whole(rows.separator, &mut frame.values) {
+            rows.read(&self.text, &mut frame.values, &mut frame.decimals)?;
+        }
         Ok(true)
     }
 

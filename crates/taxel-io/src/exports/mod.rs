@@ -35,6 +35,7 @@ mod row;
 mod rsscan;
 mod survey;
 mod suspects;
+mod tabs;
 mod tactilus;
 mod tekscan;
 mod text_file;

@@ -87,7 +87,7 @@ impl Survey {
     fn add(&mut self, pad: &Pad, frame: &ParsedFrame, decimals: &mut u8) {
         let position = self.frames;
         self.frames += 1;
-        let sum: f64 = frame.values.iter().sum();
+        let sum = sum(&frame.values);
         self.sum += sum;
         let is_heavier = self.heaviest.is_none_or(|(_, most)| sum > most);
         if is_heavier {
@@ -99,7 +99,7 @@ impl Survey {
         }
         if let Some(raw) = pad.raw.filter(|_| self.has_raw == Some(true)) {
             let step = 1.0 / power_of_ten(frame.decimals);
-            let is_raw = |value: &f64| raw_count(raw, *value, step).is_ok();
+            let is_raw = |value: &f64| *value == 0.0 || raw_count(raw, *value, step).is_ok();
             self.has_raw = Some(frame.values.iter().all(is_raw));
         }
     }
@@ -124,6 +124,18 @@ impl Survey {
         let spare = if is_raw { 0.0 } else { 1.0 };
         self.bits = bits_of((largest / step).round() + spare);
     }
+}
+
+/// The sum of values, several at once.
+fn sum(values: &[f64]) -> f64 {
+    let (eights, rest) = values.as_chunks::<8>();
+    let mut sums = [0.0; 8];
+    for eight in eights {
+        for (sum, value) in sums.iter_mut().zip(eight) {
+            *sum += value;
+        }
+    }
+    sums.iter().chain(rest).sum()
 }
 
 /// The largest of values that are not negative; several are looked at at once.

@@ -2,12 +2,12 @@
 
 use std::cell::Cell;
 use std::io::{self, Cursor, Read};
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::LOOKED_AT;
 use super::cells::Separator;
 use super::plain::{self, PlainLine};
+use super::tabs::{TabbedCells, WithTabs};
 use crate::error::{Error, ExportError, Place};
 use crate::lines::{Line, Lines};
 use crate::source::{Input, open_input};
@@ -58,8 +58,8 @@ impl TextFile {
             bytes: 0,
             source,
         })?;
-        let cells = Cells::new(part);
-        text.lines = Lines::new(Box::new(Plain { input, cells }), MAX_LINE);
+        let cells = TabbedCells::new(part);
+        text.lines = Lines::new(Box::new(WithTabs { input, cells }), MAX_LINE);
         Ok(text)
     }
 
@@ -153,6 +153,14 @@ impl TextFile {
             length: self.line().len(),
             separator,
             point: plain::point_of(self.comma.get(), separator),
+        }
+    }
+
+    /// Reads it where all of its cells are short whole numbers; false of every other line, and `out` may have lost what it held.
+    pub(super) fn read_whole(&self, separator: Separator, out: &mut [f64]) -> bool {
+        match separator {
+            Separator::One(part) => self.lines.read_cells(self.line, part, out),
+            Separator::Blanks => false,
         }
     }
 
@@ -335,161 +343,5 @@ impl<R: Read> Read for Replaced<R> {
         let found = out[..read].iter_mut().filter(|byte| **byte == self.from);
         found.for_each(|byte| *byte = self.to);
         Ok(read)
-    }
-}
-
-/// Cells parted by tabs, and without quotes, of those that another byte parts and that may stand between quotes.
-#[derive(Debug, Clone, Copy)]
-struct Cells {
-    part: u8,
-    state: CellState,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum CellState {
-    /// Before the first byte of a cell.
-    Begins,
-    Plain,
-    Quoted,
-    /// Behind a quote that closes a cell, or is the first of two that stand for one.
-    Closes,
-}
-
-impl Cells {
-    fn new(part: u8) -> Self {
-        Self {
-            part,
-            state: CellState::Begins,
-        }
-    }
-
-    /// Rewrites bytes without a quote, outside of quotes, to where they are kept.
-    fn rewrite_plain(&mut self, bytes: &mut [u8], plain: Range<usize>, kept: usize) {
-        let Some(&last) = bytes[plain.clone()].last() else {
-            return;
-        };
-        self.state = if last == b'\n' || last == self.part {
-            CellState::Begins
-        } else {
-            CellState::Plain
-        };
-        let length = plain.len();
-        if kept < plain.start {
-            bytes.copy_within(plain, kept);
-        }
-        if self.part != b'\t' {
-            let parts = bytes[kept..kept + length].iter_mut();
-            parts.for_each(|byte| {
-                if *byte == self.part {
-                    *byte = b'\t';
-                }
-            });
-        }
-    }
-
-    /// Rewrites bytes where they stand; how many are left.
-    fn rewrite(&mut self, bytes: &mut [u8]) -> usize {
-        use CellState::{Begins, Closes, Plain, Quoted};
-        let (mut kept, mut at) = (0, 0);
-        while at < bytes.len() {
-            if matches!(self.state, Begins | Plain) {
-                let plain = memchr::memchr(b'"', &bytes[at..]).unwrap_or(bytes.len() - at);
-                self.rewrite_plain(bytes, at..at + plain, kept);
-                (at, kept) = (at + plain, kept + plain);
-                if at == bytes.len() {
-                    break;
-                }
-            }
-            let byte = bytes[at];
-            at += 1;
-            let (state, out) = match (self.state, byte) {
-                // No cell goes on behind its line.
-                (_, b'\n') => (Begins, Some(byte)),
-                (Begins, b'"') => (Quoted, None),
-                (Quoted, b'"') => (Closes, None),
-                (Closes, b'"') => (Quoted, Some(byte)),
-                (Quoted, _) => (Quoted, Some(byte)),
-                (_, byte) if byte == self.part => (Begins, Some(b'\t')),
-                (Closes, _) => (Closes, Some(byte)),
-                (_, _) => (Plain, Some(byte)),
-            };
-            self.state = state;
-            if let Some(out) = out {
-                bytes[kept] = out;
-                kept += 1;
-            }
-        }
-        kept
-    }
-}
-
-/// The beginning of a file whose cells a byte parts, as [`TextFile::open_with_tabs`] gives it.
-pub(super) fn with_tabs(text: &str, part: u8) -> String {
-    let mut bytes = text.as_bytes().to_vec();
-    let kept = Cells::new(part).rewrite(&mut bytes);
-    bytes.truncate(kept);
-    text_of(&bytes)
-}
-
-/// Input with its cells rewritten.
-struct Plain<R> {
-    input: R,
-    cells: Cells,
-}
-
-impl<R: Read> Read for Plain<R> {
-    fn read(&mut self, out: &mut [u8]) -> io::Result<usize> {
-        loop {
-            let read = self.input.read(out)?;
-            let kept = self.cells.rewrite(&mut out[..read]);
-            // None at all would be the end.
-            if kept > 0 || read == 0 {
-                return Ok(kept);
-            }
-        }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use proptest::prelude::*;
-
-    /// One byte after the other.
-    fn rewritten(bytes: &[u8], part: u8) -> Vec<u8> {
-        use CellState::{Begins, Closes, Plain, Quoted};
-        let mut state = Begins;
-        let mut out = Vec::new();
-        for &byte in bytes {
-            let kept;
-            (state, kept) = match (state, byte) {
-                (_, b'\n') => (Begins, Some(byte)),
-                (Begins, b'"') => (Quoted, None),
-                (Quoted, b'"') => (Closes, None),
-                (Closes, b'"') | (Quoted, _) => (Quoted, Some(byte)),
-                (_, byte) if byte == part => (Begins, Some(b'\t')),
-                (Closes, _) => (Closes, Some(byte)),
-                (_, _) => (Plain, Some(byte)),
-            };
-            out.extend(kept);
-        }
-        out
-    }
-
-    proptest! {
-        #[test]
-        fn cells_are_rewritten_as_byte_by_byte(
-            pieces in prop::collection::vec("[0-9\",;\t\n]{0,12}", 0..8),
-            part in prop::sample::select(b",;\t".to_vec()),
-        ) {
-            let mut cells = Cells::new(part);
-            let mut found = Vec::new();
-            for piece in &pieces {
-                let mut bytes = piece.as_bytes().to_vec();
-                let kept = cells.rewrite(&mut bytes);
-                found.extend_from_slice(&bytes[..kept]);
-            }
-            prop_assert_eq!(found, rewritten(pieces.concat().as_bytes(), part));
-        }
     }
 }

@@ -276,12 +276,32 @@ impl Range {
         }
         self.frames += 1;
         self.readings += frame.taxels() as u64;
-        let there = frame.values().iter().zip(frame.marks());
-        for (&value, _) in there.filter(|(_, mark)| **mark != Mark::Absent) {
-            self.least = self.least.min(value);
-            self.most = self.most.max(value);
-            self.sum += value;
+        let (values, last_values) = frame.values().as_chunks::<8>();
+        let (marks, last_marks) = frame.marks().as_chunks::<8>();
+        // Eight at once, each into a sum of its own.
+        let (mut least, mut most, mut sums) = ([self.least; 8], [self.most; 8], [0.0; 8]);
+        for (values, marks) in values.iter().zip(marks) {
+            for lane in 0..8 {
+                let (value, is_there) = (values[lane], marks[lane] != Mark::Absent);
+                if is_there & (value < least[lane]) {
+                    least[lane] = value;
+                }
+                if is_there & (value > most[lane]) {
+                    most[lane] = value;
+                }
+                sums[lane] += if is_there { value } else { 0.0 };
+            }
         }
+        let there = last_values.iter().zip(last_marks);
+        let there = there.filter(|(_, mark)| **mark != Mark::Absent);
+        let last = there.map(|(value, _)| *value);
+        self.sum += sums.iter().copied().chain(last.clone()).sum::<f64>();
+        self.least = least
+            .iter()
+            .copied()
+            .chain(last.clone())
+            .fold(self.least, f64::min);
+        self.most = most.iter().copied().chain(last).fold(self.most, f64::max);
         if let Some(now) = frame.time_secs {
             self.times = Some((self.times.map_or(now, |(first, _)| first), now));
         }

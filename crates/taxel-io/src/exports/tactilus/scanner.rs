@@ -258,8 +258,7 @@ impl Walk {
     fn go_inside(&mut self, bytes: &[u8]) -> usize {
         let found = memchr::memchr3(b'"', b']', b'}', bytes);
         let plain = &bytes[..found.unwrap_or(bytes.len())];
-        let opens = |byte: &&u8| matches!(**byte, b'[' | b'{');
-        self.depth += plain.iter().filter(opens).count();
+        self.depth += memchr::memchr2_iter(b'[', b'{', plain).count();
         let Some(at) = found else {
             return bytes.len();
         };
