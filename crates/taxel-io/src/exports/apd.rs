@@ -129,6 +129,22 @@ struct Apd {
     separator: Separator,
 }
 
+/// Whether the last number of a line has fewer decimals than others have at most: some may be lost.
+fn is_shorter(line: &[u8], decimals: u8) -> bool {
+    let is_part = |byte: &u8| !matches!(byte, b',' | b';' | b'\t' | b' ' | b'=');
+    let line = line.trim_ascii_end();
+    let digits = line
+        .iter()
+        .rev()
+        .take_while(|byte| byte.is_ascii_digit())
+        .count();
+    let rest = &line[..line.len() - digits];
+    let has_point = digits > 0 && matches!(rest, [.., before, b'.' | b','] if is_part(before));
+    let last = line.iter().rev().take_while(|byte| is_part(byte)).count();
+    let is_below = is_below(&line[line.len() - last..]);
+    !is_below && (ends_in_point(line) || usize::from(decimals) > if has_point { digits } else { 0 })
+}
+
 /// Whether a cell says that a pressure is too small to be told.
 fn is_below(cell: &[u8]) -> bool {
     matches!(cell, b"-1" | b"-1.0" | b"-1.00")
@@ -148,9 +164,9 @@ impl Apd {
         if read < self.shape.1 || next_cell(line, next, separator).is_some() {
             return false;
         }
-        self.is_torn = !self.text.is_closed() && ends_in_point(line);
-        values.extend_from_slice(&self.row);
         *decimals = (*decimals).max(own);
+        self.is_torn = !self.text.is_closed() && is_shorter(line, *decimals);
+        values.extend_from_slice(&self.row);
         true
     }
 
@@ -183,7 +199,7 @@ impl Apd {
         });
         let found = values.len() - before;
         let is_short = found > 0 && found < self.shape.1;
-        self.is_torn = !self.text.is_closed() && (is_short || ends_in_point(line));
+        self.is_torn = !self.text.is_closed() && (is_short || is_shorter(line, *decimals));
         if let Some((at, to)) = fault {
             self.text.check_point(FORMAT, (from + at, from + to))?;
             let found = format!("`{}`", crate::grid::shortened(&numbers[at..to]));

@@ -116,6 +116,27 @@ impl Emed {
         number_and_rest(said).map(|(number, _)| number as u64)
     }
 
+    /// Goes to the line that begins a picture: its number; `None` at the end. A page of one that has lost this line is told.
+    fn find_picture(&mut self) -> Result<Option<u64>, Error> {
+        let (mut is_page, mut is_summary) = (false, false);
+        while self.text.advance()? {
+            if let Some(number) = self.picture() {
+                return Ok(Some(number));
+            }
+            let words = self.text.words();
+            is_page |= words.contains("MV over frames");
+            is_summary |= words.contains("MVP") || words.contains("MPP");
+            let is_table = words.starts_with(|c: char| c.is_ascii_digit() || c == '\t')
+                && words.trim_end().ends_with("\tForce");
+            if is_page && !is_summary && is_table {
+                let expected = format!("a line with `{PICTURE}`");
+                let hint = "it stands above each picture, and was torn or lost";
+                return Err(self.text.wrong(FORMAT, expected, hint));
+            }
+        }
+        Ok(None)
+    }
+
     /// The line of column numbers.
     fn read_columns(&mut self) -> Result<(), Error> {
         while self.text.advance()? {
@@ -305,14 +326,7 @@ impl Parser for Emed {
         let mut told: Option<f64> = None;
         // A picture that is too wide for a page goes on on the next one.
         loop {
-            let number = loop {
-                if !self.text.advance()? {
-                    break None;
-                }
-                if let Some(number) = self.picture() {
-                    break Some(number);
-                }
-            };
+            let number = self.find_picture()?;
             match (picture, number) {
                 (None, None) => return Ok(false),
                 (Some(own), Some(number)) if number != own => {

@@ -73,6 +73,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         .iter()
         .any(|list| list.is_empty()),
         forces: behind.forces,
+        has_begun: false,
         has_ended: false,
     };
     Ok((about, Box::new(reader)))
@@ -247,6 +248,8 @@ struct Pliance {
     /// Where each sensor of a line stands in a frame.
     places: Vec<usize>,
     forces: BTreeMap<i64, f64>,
+    /// Whether a frame was met: before it the line that names the sensors may come twice.
+    has_begun: bool,
     /// Whether the line behind the last frame was met.
     has_ended: bool,
     /// Whether all that stands behind the frames is there, of which places and areas are the last.
@@ -314,11 +317,12 @@ impl Parser for Pliance {
             }
             let line = self.text.line().trim_ascii();
             // The largest and the mean of each sensor close the table.
-            self.has_ended = line.starts_with(b"M") || names_sensors(line);
-            if !line.is_empty() && !self.has_ended {
+            self.has_ended = line.starts_with(b"M") || names_sensors(line) && self.has_begun;
+            if !line.is_empty() && !self.has_ended && !names_sensors(line) {
                 break;
             }
         }
+        self.has_begun = true;
         frame.begin(0, self.taxels);
         self.row.resize(self.places.len(), 0.0);
         let (row, decimals) = (&mut self.row, &mut frame.decimals);

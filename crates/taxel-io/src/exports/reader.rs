@@ -255,8 +255,9 @@ impl ExportReader {
     /// What the end of the file tells.
     fn finish(&mut self) {
         self.done = true;
-        self.integrity.damage.cut = self.parser.is_cut();
         let read = self.given + self.skips.count as u64;
+        // A recording of nothing is none.
+        self.integrity.damage.cut = self.parser.is_cut() || read == 0;
         let told = self.about.frames.unwrap_or(read);
         let missing = told.saturating_sub(read);
         self.integrity.damage.surplus = read.saturating_sub(told);

@@ -204,6 +204,21 @@ fn skip_to_frame(text: &mut TextFile) -> Result<(), Error> {
     Ok(())
 }
 
+/// Whether another row stands behind those of a frame, which is then the line read last.
+fn more_rows(text: &mut TextFile) -> Result<bool, Error> {
+    while text.advance()? {
+        if is_blank(text.line()) {
+            continue;
+        }
+        if is_between(text.line()) {
+            text.unread();
+            return Ok(false);
+        }
+        return Ok(true);
+    }
+    Ok(false)
+}
+
 struct Tekscan {
     text: TextFile,
     rows: usize,
@@ -256,10 +271,13 @@ impl Tekscan {
 
     /// No cell that the first frame has as none may hold a value.
     fn check_absent(&self, row: &[f64], absent: &[bool]) -> Result<(), Error> {
-        let is_told = |(value, absent): (&f64, &bool)| *absent && *value > 0.0;
-        let Some(at) = row.iter().zip(absent).position(is_told) else {
+        let is_told = |(value, absent): (&f64, &bool)| *absent & (*value > 0.0);
+        let pairs = || row.iter().zip(absent);
+        // All of them at first, several at once: hardly a row has one.
+        if !pairs().fold(false, |any, pair| any | is_told(pair)) {
             return Ok(());
-        };
+        }
+        let at = pairs().position(is_told).unwrap_or(0);
         Err(self.text.wrong_at(
             0,
             FORMAT,
@@ -296,9 +314,11 @@ impl Tekscan {
 
     /// Raw counts are of eight bits: what is more has another unit than the header tells.
     fn check_range(&self, row: &[f64]) -> Result<(), Error> {
-        let Some(&value) = row.iter().find(|value| self.is_raw && **value > MAX_COUNT) else {
+        let is_above = |value: &f64| *value > MAX_COUNT;
+        if !self.is_raw || !row.iter().fold(false, |any, value| any | is_above(value)) {
             return Ok(());
-        };
+        }
+        let value = row.iter().copied().find(is_above).unwrap_or(0.0);
         Err(Error::Export(Box::new(ExportError::RawRange {
             format: FORMAT,
             at: self.text.place(0),
@@ -336,6 +356,17 @@ impl Tekscan {
             return Err(self.text.wrong(FORMAT, expected, hint));
         }
         Ok(false)
+    }
+
+    /// No further row stands behind those of a frame: which of them is one too many, nobody can know.
+    fn check_end(&mut self) -> Result<(), Error> {
+        if !more_rows(&mut self.text)? {
+            return Ok(());
+        }
+        let hint = "a frame has more lines than the header says; --keep-going leaves it out";
+        Err(self
+            .text
+            .wrong(FORMAT, "a line `Frame n` or the end, `@@`", hint))
     }
 
     /// Goes to the next row of a frame; false where the frame ends before it.
@@ -383,6 +414,7 @@ impl Parser for Tekscan {
             }
             beyond = beyond.and_then(|()| self.check_range(out));
         }
+        self.check_end()?;
         // A frame that is broken is that alone, and no other unit.
         self.check_sum(frame, told)?;
         beyond.map(|()| true)

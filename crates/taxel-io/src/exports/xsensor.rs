@@ -73,7 +73,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         secs: None,
         days: 0.0,
         is_taken: Vec::new(),
-        is_behind_rows: false,
+        is_told: false,
         is_cut: false,
         frames: 0,
     };
@@ -84,7 +84,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
     about.header = header;
     reader.text = TextFile::open(file)?;
     (reader.number, reader.secs, reader.days) = (None, None, 0.0);
-    (reader.is_behind_rows, reader.is_cut) = (false, false);
+    reader.is_cut = false;
     reader.frames = 0;
     reader.is_taken = vec![false; reader.names.len()];
     Ok((about, Box::new(reader)))
@@ -238,8 +238,8 @@ struct XSensor {
     days: f64,
     /// Which of the sensors this frame has had: those of one name come in their order.
     is_taken: Vec<bool>,
-    /// Whether the line read last is a row of a sensor, or blank lines behind it.
-    is_behind_rows: bool,
+    /// Whether it was told that the frame has no sensor which the line read last ends.
+    is_told: bool,
     /// Whether the file ended within a frame.
     is_cut: bool,
     /// Frames that have begun.
@@ -260,23 +260,17 @@ impl XSensor {
                 continue;
             }
             // Rows of groups, which are left out, are most lines of some files.
-            let is_row = begins_with_digit(self.text.line());
-            if is_row && !self.is_behind_rows {
+            if begins_with_digit(self.text.line()) {
                 continue;
             }
             let words = self.text.words();
             let Some(key) = self.key_of(&words) else {
-                if self.is_behind_rows {
-                    self.is_behind_rows = false;
-                    let hint = "a sensor's block has more rows than its Rows says";
-                    return Err(self.text.wrong(FORMAT, "a line with a key", hint));
-                }
                 continue;
             };
-            self.is_behind_rows = false;
             let value = value_of(&words);
             match key.as_str() {
                 "frame" => {
+                    self.check_begun()?;
                     self.number = value.parse().ok();
                     self.begin_frame();
                     block = None;
@@ -302,6 +296,40 @@ impl XSensor {
         let is_whole = has_some && !self.is_taken.contains(&false);
         self.is_cut |= block.is_some() || !is_whole || !self.text.is_closed();
         Ok(None)
+    }
+
+    /// The frame that ends before the line read last had a sensor, whatever it is called: without any a line was torn.
+    fn check_begun(&mut self) -> Result<(), Error> {
+        // While sensors are looked for, none is known.
+        let is_empty =
+            self.frames > 0 && !self.is_taken.is_empty() && !self.is_taken.contains(&true);
+        if !is_empty || std::mem::take(&mut self.is_told) {
+            return Ok(());
+        }
+        self.is_told = true;
+        self.text.unread();
+        let hint = "its line was torn or lost; --keep-going leaves the frame out";
+        let found = "a frame without a sensor, before this one,";
+        Err(self
+            .text
+            .wrong_at(0, FORMAT, found, "a line `Sensor`", hint))
+    }
+
+    /// No further row stands behind those of a sensor: which of them is one too many, nobody can know.
+    fn check_end(&mut self) -> Result<(), Error> {
+        while self.text.advance()? {
+            let line = self.text.line();
+            if is_blank(line) {
+                continue;
+            }
+            if begins_with_digit(line) || self.key_of(&self.text.words()).is_none() {
+                let hint = "a sensor's block has more rows than its Rows says; --keep-going leaves its frame out";
+                return Err(self.text.wrong(FORMAT, "a line with a key", hint));
+            }
+            self.text.unread();
+            break;
+        }
+        Ok(())
     }
 
     /// Every sensor is still to come.
@@ -432,7 +460,7 @@ impl Parser for XSensor {
             self.check_absent(out, absent)?;
             row += 1;
         }
-        self.is_behind_rows = true;
+        self.check_end()?;
         Ok(true)
     }
 

@@ -12,6 +12,7 @@ mod silent;
 mod sizes;
 mod spelled;
 mod streamed;
+mod torn;
 mod units;
 mod variants;
 mod whole;

@@ -3,7 +3,9 @@
 use super::super::cells::Separator;
 use super::super::header::Pairs;
 use super::super::text_file::TextFile;
-use super::{FORMAT, PADDING, begins_frame, find_frame, is_between, is_blank, skip_to_frame};
+use super::{
+    FORMAT, PADDING, begins_frame, find_frame, is_between, is_blank, more_rows, skip_to_frame,
+};
 use crate::error::Error;
 use crate::source::MAX_TAXELS;
 
@@ -30,7 +32,7 @@ pub(super) fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<First, E
     if !find_frame(text)? {
         return Err(text.wrong(FORMAT, "a line `Frame 1`", hint));
     }
-    let first = frame_shape(text, pairs);
+    let first = whole_shape(text, pairs);
     let is_told = pairs.count("rows").is_some() && pairs.count("cols").is_some();
     match first {
         Err(torn) if is_told => {
@@ -40,12 +42,24 @@ pub(super) fn first_frame(text: &mut TextFile, pairs: &Pairs) -> Result<First, E
                 }
                 skip_to_frame(text)?;
                 text.advance()?;
-                frame_shape(text, pairs)
+                whole_shape(text, pairs)
             };
             next().map_err(|_| torn)
         }
         first => first,
     }
+}
+
+/// The same of a frame that has no more rows than the header says.
+fn whole_shape(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
+    let first = frame_shape(text, pairs)?;
+    let is_told = pairs.count("rows") == Some(first.rows);
+    if is_told && first.absent.len() <= MAX_TAXELS && more_rows(text)? {
+        let hint = "the header says so (ROWS); a line comes twice, or its header is of another";
+        let expected = format!("{} of them", first.rows);
+        return Err(text.wrong_at(0, FORMAT, "more rows in the first frame", expected, hint));
+    }
+    Ok(first)
 }
 
 fn frame_shape(text: &mut TextFile, pairs: &Pairs) -> Result<First, Error> {
