@@ -92,6 +92,16 @@ impl PlainLine<'_> {
                     continue;
                 }
             }
+            // A letter alone is what most words are.
+            let [first, behind, ..] = word.to_le_bytes();
+            if first.is_ascii_alphabetic()
+                && self.is_end(at + 1, behind)
+                && is_word(place, &[first])
+            {
+                out[place] = 0.0;
+                (place, at) = (place + 1, (at + 2).min(self.length));
+                continue;
+            }
             if let Some(length) = self.short_word(at, word)
                 && is_word(place, &word.to_le_bytes()[..length])
             {
