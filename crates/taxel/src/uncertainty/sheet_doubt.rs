@@ -142,7 +142,6 @@ mod tests {
             .unwrap()
             .of(&solved.frame, &frame, true);
         let says = figures.total_force_newtons.model;
-        println!("{says} {sum} {most}");
         assert!((says / sum.abs() - 1.0).abs() < 0.03, "{says} {sum}");
     }
 }
