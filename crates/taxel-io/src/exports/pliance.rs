@@ -9,7 +9,7 @@ use super::pad::Pad;
 use super::row::timed_row;
 use super::text_file::{TextFile, text_of};
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
-use crate::error::{Error, ExportError};
+use crate::error::Error;
 
 const FORMAT: &str = "novel pliance";
 /// Lines of coordinates are the same where they are within so much, cm.
@@ -156,16 +156,9 @@ fn check_places(text: &TextFile, sensors: &str, behind: &Behind) -> Result<(), E
         x[first],
         y[first]
     );
-    let at = text.line_at(behind.centres_line);
     let hint = "one of both places is another; export the list of places again";
-    let expected = "a place for each sensor".to_owned();
-    Err(Error::Export(Box::new(ExportError::Line {
-        format: FORMAT,
-        at,
-        found,
-        expected,
-        hint,
-    })))
+    let expected = "a place for each sensor";
+    Err(text.wrong_on(behind.centres_line, FORMAT, found, expected, hint))
 }
 
 /// Gives the pad its shape; where each sensor of a line stands in it. x to the right, y of the file upwards.

@@ -111,13 +111,13 @@ fn check_strangers(text: &TextFile, pairs: &Pairs) -> Result<(), Error> {
         ),
         _ => return Ok(()),
     };
-    Err(Error::Export(Box::new(ExportError::Line {
-        format: FORMAT,
-        at: text.line_at(line),
-        found: found.to_owned(),
-        expected: "a line as `UNITS KPa`, or `UNITS raw` of raw counts".to_owned(),
-        hint: "nothing is guessed: export it in English, or write that line into the header",
-    })))
+    Err(text.wrong_on(
+        line,
+        FORMAT,
+        found,
+        "a line as `UNITS KPa`, or `UNITS raw` of raw counts",
+        "nothing is guessed: export it in English, or write that line into the header",
+    ))
 }
 
 /// Pitch and area of the sensels. A length or an area that the header tells in a unit that nobody here knows is none.

@@ -217,13 +217,7 @@ impl TextFile {
         expected: impl Into<String>,
         hint: &'static str,
     ) -> Error {
-        Error::Export(Box::new(ExportError::Line {
-            format,
-            at: self.place(from),
-            found: found.into(),
-            expected: expected.into(),
-            hint,
-        }))
+        wrong_there(self.place(from), format, found, expected, hint)
     }
 
     /// The same of line `line`.
@@ -235,13 +229,7 @@ impl TextFile {
         expected: impl Into<String>,
         hint: &'static str,
     ) -> Error {
-        Error::Export(Box::new(ExportError::Line {
-            format,
-            at: self.line_at(line),
-            found: found.into(),
-            expected: expected.into(),
-            hint,
-        }))
+        wrong_there(self.line_at(line), format, found, expected, hint)
     }
 
     /// That the file ends, or another frame begins, within a frame.
@@ -273,6 +261,23 @@ impl TextFile {
     pub(super) fn total(&self) -> Option<u64> {
         self.total
     }
+}
+
+/// That something else stands somewhere than is expected there.
+fn wrong_there(
+    at: Place,
+    format: &'static str,
+    found: impl Into<String>,
+    expected: impl Into<String>,
+    hint: &'static str,
+) -> Error {
+    Error::Export(Box::new(ExportError::Line {
+        format,
+        at,
+        found: found.into(),
+        expected: expected.into(),
+        hint,
+    }))
 }
 
 /// How long what stands between the quotes of a line is, which has no others; `None` of another line.

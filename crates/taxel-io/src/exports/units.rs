@@ -75,13 +75,13 @@ pub(super) fn other_unit(
     found: &str,
     expected: &str,
 ) -> Error {
-    Error::Export(Box::new(ExportError::Line {
+    text.wrong_on(
+        line,
         format,
-        at: text.line_at(line),
-        found: format!("unknown unit `{found}`"),
-        expected: expected.to_owned(),
-        hint: "nothing is guessed: a wrong unit would be a wrong force, place or time",
-    }))
+        format!("unknown unit `{found}`"),
+        expected,
+        "nothing is guessed: a wrong unit would be a wrong force, place or time",
+    )
 }
 
 /// Millimetres in a unit of length; `None` of one that is not known.

@@ -38,10 +38,7 @@ impl Search<'_> {
                 .collect()
         };
         let mut more = self.model.clone();
-        more.set_sheet(Some(SheetSpec::new(
-            sheet.resistance_ohms / (1.0 + STEP),
-            sheet.contact_factor / (1.0 + STEP),
-        )));
+        more.set_sheet(Some(sheet.conducting(1.0 + STEP)));
         let here = self.evaluator.invert(&self.model.sensor, &levels, grams)?;
         let there = self.evaluator.invert(&more.sensor, &levels, grams)?;
         let (mut added, mut sum) = (0.0, 0.0);

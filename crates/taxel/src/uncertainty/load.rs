@@ -298,7 +298,10 @@ impl StandardErrors {
         let law = self.law.as_ref().ok_or_else(LoadLaw::missing)?;
         let values = siemens.values();
         let Ok(changes) = sheet.doubt.look_at(&*self.point, values, &self.is_known) else {
-            self.parts.model.values_mut().fill(f64::INFINITY);
+            let each = self.parts.model.values_mut().iter_mut().zip(marks);
+            for (model, _) in each.filter(|(_, mark)| **mark != Mark::Absent) {
+                *model = f64::INFINITY;
+            }
             return Ok(());
         };
         let mut known = Known {

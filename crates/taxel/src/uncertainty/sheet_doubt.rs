@@ -23,9 +23,7 @@ impl SheetDoubt {
         let more = sensor.edited(|spec| {
             let sheet = spec.material.as_mut().and_then(|m| m.sheet.as_mut());
             let sheet = sheet.expect("there is one");
-            // All couplings by the same share.
-            sheet.resistance_ohms /= 1.0 + share;
-            sheet.contact_factor /= 1.0 + share;
+            *sheet = sheet.conducting(1.0 + share);
         })?;
         let nothing = || vec![0.0; sensor.rows() * sensor.columns()];
         Ok(Some(Self {

@@ -211,6 +211,11 @@ impl SheetSpec {
             contact_factor,
         }
     }
+
+    /// The film that conducts so many times as much between any two neighbours.
+    pub(crate) fn conducting(self, times: f64) -> Self {
+        Self::new(self.resistance_ohms / times, self.contact_factor / times)
+    }
 }
 
 impl DynamicSpec {
