@@ -139,7 +139,7 @@ impl<'a> Evaluator<'a> {
     }
 
     /// What is seen in the conductances of chosen frames (presses first, then levels), in their order; nothing
-    /// when one is infeasible.
+    /// when one is infeasible, and then the next inversions start from where these did.
     pub(super) fn invert<T: Send>(
         &mut self,
         sensor: &Sensor,
@@ -151,7 +151,7 @@ impl<'a> Evaluator<'a> {
         let inverter = Inverter::new(self.evidence, sensor)?.with_volts(&read);
         let batches: Vec<Vec<Job>> = which
             .chunks(BATCH)
-            .map(|batch| batch.iter().map(|&i| (i, self.starts[i].take())).collect())
+            .map(|batch| batch.iter().map(|&i| (i, self.starts[i].clone())).collect())
             .collect();
         let done = par_map(self.executor, batches, |mut batch| {
             let mut seen = Vec::with_capacity(batch.len());

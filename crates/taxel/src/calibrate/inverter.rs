@@ -23,6 +23,7 @@ const READ_TOGETHER: usize = 16;
 pub(super) type Job = (usize, Option<Start>);
 
 /// What the next inversion of a frame starts from.
+#[derive(Clone)]
 pub(super) enum Start {
     /// What the exact method starts from.
     Exact(ExactStart),

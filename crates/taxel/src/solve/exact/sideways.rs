@@ -135,7 +135,7 @@ impl Sideways {
     fn find<T: Number>(&mut self, g: &[T], shares: &[T], lines: &mut Lines<T>) {
         let n = lines.flow.len();
         let sheet = self.now.sheet;
-        let contact = T::of(sheet.contact_factor);
+        let (contact, none) = (T::of(sheet.contact_factor), T::default());
         lines.columns.fill(T::default());
         for row in g.chunks_exact(n) {
             for ((sum, a), b) in lines.columns.iter_mut().zip(row).zip(&row[1..]) {
@@ -154,9 +154,19 @@ impl Sideways {
                 let inverse = T::of(1.0) / sheet.beneath(a, b);
                 let (share_a, share_b) = (a * inverse, b * inverse);
                 flow[j] = a * share_b;
+                // Noise puts taxels that nothing presses below 0, where what flows does not hang on them.
+                let slope_a = if g_a[j] > none {
+                    share_b * share_b
+                } else {
+                    none
+                };
+                let slope_b = if g_b[j] > none {
+                    share_a * share_a
+                } else {
+                    none
+                };
                 back[j] = contact
-                    * (share_b * share_b * (own_a * m_a[j] - m_b[j])
-                        + share_a * share_a * (own_b * m_b[j] - m_a[j]));
+                    * (slope_a * (own_a * m_a[j] - m_b[j]) + slope_b * (own_b * m_b[j] - m_a[j]));
             }
             self.found_rows[i] = sum(flow).double();
             self.back[i] = sum(back).double();

@@ -33,7 +33,7 @@ pub(crate) struct SolverState {
 }
 
 /// What a frame leaves for the next solve of the same frame by another circuit, without the room to work in.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Start {
     live: LiveLines,
     strong: Vec<bool>,
