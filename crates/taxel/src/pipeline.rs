@@ -414,7 +414,7 @@ impl FromSiemens {
             absent: sensor.absent().to_vec(),
             grams: vec![0.0; taxels],
             undone: vec![0.0; taxels],
-            work: vec![0.0; 2 * taxels],
+            work: vec![0.0; Spread::room(taxels, sensor.columns())],
         })
     }
 
@@ -442,7 +442,7 @@ impl FromSiemens {
                 &mut self.undone,
                 &mut self.work,
             );
-            self.grams.copy_from_slice(&self.undone);
+            std::mem::swap(&mut self.grams, &mut self.undone);
         }
         let each = loads.values.iter_mut().zip(&loads.marks);
         for ((load, mark), &grams) in each.zip(&self.grams) {
