@@ -287,6 +287,32 @@ impl<Q> Frame<Q> {
     }
 }
 
+/// Marks that are looked at together.
+const BLOCK: usize = 64;
+
+/// Whether all of some marks are good. Nearly always all are, and their codes are 0: many are told at once.
+pub(crate) fn all_good(marks: &[Mark]) -> bool {
+    marks.iter().fold(0, |all, mark| all | mark.code()) == 0
+}
+
+/// Whether a mark is `wanted`; a good one never is.
+pub(crate) fn has_mark(marks: &[Mark], wanted: impl Fn(Mark) -> bool) -> bool {
+    let mut blocks = marks.chunks(BLOCK);
+    blocks.any(|block| !all_good(block) && block.iter().any(|&mark| wanted(mark)))
+}
+
+/// Values where a mark is `wanted` become 0; a good one never is.
+pub(crate) fn clear_where(values: &mut [f64], marks: &[Mark], wanted: impl Fn(Mark) -> bool) {
+    let blocks = values.chunks_mut(BLOCK).zip(marks.chunks(BLOCK));
+    for (values, marks) in blocks.filter(|(_, marks)| !all_good(marks)) {
+        for (value, mark) in values.iter_mut().zip(marks) {
+            if wanted(*mark) {
+                *value = 0.0;
+            }
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -301,6 +327,19 @@ mod tests {
     fn codes_are_the_positions_in_the_list() {
         for (i, mark) in Mark::ALL.iter().enumerate() {
             assert_eq!(mark.code() as usize, i);
+        }
+    }
+
+    #[test]
+    fn a_mark_is_found_and_cleared_wherever_it_stands() {
+        for at in [0, 63, 64, 149] {
+            let (mut values, mut marks) = (vec![1.0; 150], vec![Mark::Good; 150]);
+            marks[at] = Mark::Spike;
+            marks[(at + 1) % 150] = Mark::Saturated;
+            assert!(has_mark(&marks, Mark::is_stray) && !has_mark(&marks, Mark::is_out));
+            clear_where(&mut values, &marks, Mark::is_stray);
+            let cleared: Vec<usize> = (0..150).filter(|&t| values[t] == 0.0).collect();
+            assert_eq!(cleared, [at]);
         }
     }
 

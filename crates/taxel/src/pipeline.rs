@@ -1,14 +1,17 @@
 //! From counts to loads in one object: screen, convert, solve, load law, creep and hysteresis, spread; or to volts
 //! alone, or to loads by an estimator.
 
+mod loads;
+
 use crate::circuit::Converter;
 use crate::estimate::LoadEstimator;
-use crate::frame::newtons_from_grams;
-use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
+use crate::frame::clear_where;
+use crate::material::LoadLaw;
 use crate::screen::{FrameScreen, LineFaults, LowerEnd, repair, repair_readings, stand_in};
-use crate::sensor::{Material, ScreenSpec, mark_absent};
+use crate::sensor::{ScreenSpec, mark_absent};
 use crate::solve::{Method, Outcome, Solver, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
+use loads::{FromSiemens, has_no_reading};
 
 /// What is replaced by the median of its neighbours, and marked [`Mark::Interpolated`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -106,18 +109,6 @@ enum Stage {
     Estimate(Box<dyn LoadEstimator>),
 }
 
-/// From conductances to loads.
-struct FromSiemens {
-    law: LoadLaw,
-    spread: Option<Spread>,
-    /// What the material remembers.
-    hysteresis: Option<HysteresisState>,
-    absent: Vec<bool>,
-    grams: Vec<f64>,
-    undone: Vec<f64>,
-    work: Vec<f64>,
-}
-
 impl Pipeline {
     /// For one sensor and a method. Without a material it stops at conductances.
     ///
@@ -204,8 +195,8 @@ impl Pipeline {
                 solver, material, ..
             } => {
                 solver.forget();
-                if let Some(hysteresis) = material.as_mut().and_then(|m| m.hysteresis.as_mut()) {
-                    hysteresis.forget();
+                if let Some(material) = material {
+                    material.forget();
                 }
             }
             Stage::Estimate(estimator) => estimator.forget(),
@@ -249,7 +240,7 @@ impl Pipeline {
             Stage::Nothing => false,
             Stage::Solve { material, .. } => {
                 let material = material.as_ref();
-                material.is_some_and(|material| material.hysteresis.is_some())
+                material.is_some_and(|material| material.remembers())
             }
             Stage::Estimate(_) => true,
         }
@@ -356,11 +347,11 @@ impl Pipeline {
         }
         mark_unresolved(&self.outcome, &mut self.siemens.marks);
         // The stand-in served the rest of the network; for the taxel itself it is no measurement.
-        for (value, mark) in self.siemens.values.iter_mut().zip(&self.siemens.marks) {
-            if mark.is_stray() {
-                *value = 0.0;
-            }
-        }
+        clear_where(
+            &mut self.siemens.values,
+            &self.siemens.marks,
+            Mark::is_stray,
+        );
     }
 
     fn estimate(&mut self) {
@@ -373,12 +364,10 @@ impl Pipeline {
             estimator.forget();
         }
         mark_unresolved(&self.outcome, &mut self.loads.marks);
-        let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
-        for (load, mark) in self.loads.values.iter_mut().zip(&self.loads.marks) {
-            if unexplained || has_no_reading(*mark) {
-                *load = 0.0;
-            }
+        if matches!(self.outcome.stop, Stop::Infeasible(_)) {
+            self.loads.values.fill(0.0);
         }
+        clear_where(&mut self.loads.values, &self.loads.marks, has_no_reading);
         self.repair.run(&mut self.loads, &mut self.around);
     }
 
@@ -402,59 +391,6 @@ impl Pipeline {
     }
 }
 
-impl FromSiemens {
-    fn new(sensor: &Sensor, material: &Material) -> Result<Self, Error> {
-        let taxels = sensor.rows() * sensor.columns();
-        let dynamic = material.dynamic.as_ref();
-        Ok(Self {
-            law: LoadLaw::from_sensor(sensor)?,
-            spread: material.spread.map(Spread::new),
-            hysteresis: dynamic
-                .map(|spec| HysteresisState::new(&DynamicLaw::from_spec(spec), taxels)),
-            absent: sensor.absent().to_vec(),
-            grams: vec![0.0; taxels],
-            undone: vec![0.0; taxels],
-            work: vec![0.0; 2 * taxels],
-        })
-    }
-
-    /// Loads of a frame whose marks they have already.
-    fn find_loads(
-        &mut self,
-        siemens: &Frame<Siemens>,
-        unexplained: bool,
-        loads: &mut Frame<Newtons>,
-        around: &mut Vec<f64>,
-    ) {
-        (self.law).grams_of_frame(&siemens.values, &mut self.grams);
-        if let Some(hysteresis) = &mut self.hysteresis {
-            // Numbers of a frame that nothing explains are none to remember.
-            let is_lost = |taxel: usize| unexplained || has_no_reading(loads.marks[taxel]);
-            hysteresis.loads_from_acting(siemens.time_secs, &mut self.grams, is_lost);
-        }
-        if let Some(spread) = self.spread.filter(|_| !unexplained) {
-            // A lost taxel in the middle of a load would look like a hole that its neighbours fill.
-            fill_lost(loads, &mut self.grams, around);
-            spread.undo(
-                loads.columns(),
-                &self.absent,
-                &self.grams,
-                &mut self.undone,
-                &mut self.work,
-            );
-            self.grams.copy_from_slice(&self.undone);
-        }
-        let each = loads.values.iter_mut().zip(&loads.marks);
-        for ((load, mark), &grams) in each.zip(&self.grams) {
-            *load = if unexplained || has_no_reading(*mark) {
-                0.0
-            } else {
-                newtons_from_grams(grams)
-            };
-        }
-    }
-}
-
 /// Marks what was measured where the frame has no answer.
 fn mark_unresolved(outcome: &Outcome, marks: &mut [Mark]) {
     if outcome.is_answer() {
@@ -469,32 +405,5 @@ fn mark_unresolved(outcome: &Outcome, marks: &mut [Mark]) {
 
 /// What crossings without a taxel read is the cross-talk of others, and a number of nothing.
 fn clear_absent<Q>(frame: &mut Frame<Q>) {
-    for (value, mark) in frame.values.iter_mut().zip(&frame.marks) {
-        if *mark == Mark::Absent {
-            *value = 0.0;
-        }
-    }
-}
-
-/// Whether there is no reading to tell of a load.
-fn has_no_reading(mark: Mark) -> bool {
-    is_lost(mark) || mark == Mark::Absent
-}
-
-/// Whether a taxel that is there has no reading of its own.
-fn is_lost(mark: Mark) -> bool {
-    matches!(
-        mark,
-        Mark::Open | Mark::Flickering | Mark::Stuck | Mark::Spike
-    )
-}
-
-/// Gives lost taxels the median load around them, for what is computed from neighbourhoods.
-fn fill_lost(frame: &mut Frame<Newtons>, grams: &mut [f64], around: &mut Vec<f64>) {
-    if !frame.marks.iter().any(|&mark| is_lost(mark)) {
-        return;
-    }
-    frame.values.copy_from_slice(grams);
-    crate::screen::fill(frame, around, is_lost);
-    grams.copy_from_slice(&frame.values);
+    clear_where(&mut frame.values, &frame.marks, |mark| mark == Mark::Absent);
 }

@@ -40,6 +40,9 @@ pub struct Spline {
     y: Vec<f64>,
     /// The line before the first knot, then what begins at each of them; the line beyond the last.
     pieces: Vec<Piece>,
+    /// Three times what each knot adds to the third power of what is beyond it.
+    bends: Vec<f64>,
+    least_slope: f64,
 }
 
 /// y = c₀ + c₁ t + c₂ t² + c₃ t³, t = x − from.
@@ -79,10 +82,15 @@ impl Spline {
         for i in (1..n - 1).rev() {
             bend[i] -= above[i] * bend[i + 1];
         }
+        let pieces = pieces(x, y, &bend);
         Ok(Self {
             x: x.to_vec(),
             y: y.to_vec(),
-            pieces: pieces(x, y, &bend),
+            bends: (1..pieces.len())
+                .map(|k| 3.0 * (pieces[k].c[3] - pieces[k - 1].c[3]))
+                .collect(),
+            least_slope: least_slope(x, &pieces),
+            pieces,
         })
     }
 
@@ -130,6 +138,97 @@ impl Spline {
         }
         (values, slopes)
     }
+
+    /// Goes on, of several at once, to where each `slope` · x + spline(x) is `y`. False where that does not ascend everywhere, at
+    /// least by `least`, or where one of them is hard to find: then `x` is as good as anything.
+    ///
+    /// Steps are Chebyshev's of the third order. All lanes take one before any takes the next, so that none waits for its own
+    /// division.
+    #[inline(always)]
+    pub(crate) fn cross<const N: usize>(
+        &self,
+        y: &[f64; N],
+        slope: &[f64; N],
+        least: f64,
+        x: &mut [f64; N],
+    ) -> bool {
+        let flat = slope
+            .iter()
+            .map(|slope| u64::from(slope + self.least_slope < least));
+        if flat.sum::<u64>() > 0 {
+            return false;
+        }
+        for _ in 0..MAX_STEPS {
+            let mut done = 0;
+            let (some, rest) = x.as_chunks_mut::<AT_ONCE>();
+            let (ys, ys_rest) = y.as_chunks::<AT_ONCE>();
+            let (slopes, slopes_rest) = slope.as_chunks::<AT_ONCE>();
+            for ((x, y), slope) in some.iter_mut().zip(ys).zip(slopes) {
+                done += self.step(y, slope, x);
+            }
+            for ((x, y), slope) in rest.iter_mut().zip(ys_rest).zip(slopes_rest) {
+                done += self.step(&[*y], &[*slope], std::array::from_mut(x));
+            }
+            if done == N as u64 {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// One step of each lane; how many were the last.
+    ///
+    /// The spline is a straight line and, from each knot on, a multiple of the cube of what is beyond it: no lane has to look for its
+    /// piece.
+    #[inline(always)]
+    fn step<const N: usize>(&self, y: &[f64; N], slope: &[f64; N], x: &mut [f64; N]) -> u64 {
+        let line = &self.pieces[0];
+        // Three times the value, the slope, half of the second derivative.
+        let (mut cubes, mut squares, mut firsts) = ([0.0; N], [0.0; N], [0.0; N]);
+        for (knot, bend) in self.x.iter().zip(&self.bends) {
+            for lane in 0..N {
+                let beyond = x[lane] - knot;
+                let beyond = if beyond > 0.0 { beyond } else { 0.0 };
+                let first = bend * beyond;
+                let square = first * beyond;
+                firsts[lane] += first;
+                squares[lane] += square;
+                cubes[lane] += square * beyond;
+            }
+        }
+        let mut last = 0;
+        for lane in 0..N {
+            let straight = line.c[0] + line.c[1] * (x[lane] - line.from) + slope[lane] * x[lane];
+            let left = straight + cubes[lane] * (1.0 / 3.0) - y[lane];
+            let inverse = 1.0 / (slope[lane] + line.c[1] + squares[lane]);
+            let newton = left * inverse;
+            let step = newton + newton * newton * (firsts[lane] * inverse);
+            x[lane] -= step;
+            last += u64::from(step.abs() < LAST_STEP);
+        }
+        last
+    }
+}
+
+/// Lanes that take a step together: their numbers stay in registers.
+const AT_ONCE: usize = 16;
+/// Steps to a crossing, usually two or three.
+const MAX_STEPS: usize = 8;
+/// What follows a shorter step is shorter than anything that counts: a multiple of its cube.
+const LAST_STEP: f64 = 3e-6;
+
+/// The least slope anywhere: at a knot, or where a piece turns.
+fn least_slope(x: &[f64], pieces: &[Piece]) -> f64 {
+    let between = x.windows(2).zip(&pieces[1..]).map(|(ends, piece)| {
+        let turn = piece.from - piece.c[2] / (3.0 * piece.c[3]);
+        let turn = if turn > ends[0] && turn < ends[1] {
+            turn
+        } else {
+            ends[0]
+        };
+        piece.at(turn).1.min(piece.at(ends[1]).1)
+    });
+    between.fold(pieces[0].c[1], f64::min)
 }
 
 /// The pieces of a spline with these second derivatives at its knots.
@@ -217,6 +316,25 @@ mod tests {
             let numeric = (spline.at(at + 1e-6).0 - spline.at(at - 1e-6).0) / 2e-6;
             assert!((numeric - spline.at(at).1).abs() < 1e-6);
         }
+    }
+
+    #[test]
+    fn heights_are_met_where_it_ascends_and_nothing_is_said_where_it_turns() {
+        let spline = Spline::new(&[1.0, 2.5, 4.0, 6.0], &[0.0, 0.3, -0.2, 0.1]).unwrap();
+        let y: [f64; 41] = std::array::from_fn(|k| -12.0 + 0.5 * k as f64);
+        let slope: [f64; 41] = std::array::from_fn(|k| 0.8 + 0.01 * k as f64);
+        let mut x: [f64; 41] = std::array::from_fn(|k| y[k] / slope[k]);
+        assert!(spline.cross(&y, &slope, 0.05, &mut x));
+        for k in 0..41 {
+            let left = slope[k] * x[k] + spline.at(x[k]).0 - y[k];
+            assert!(
+                left.abs() < 1e-14 * (1.0 + y[k].abs()),
+                "{left:e} at {}",
+                x[k]
+            );
+        }
+        let steepest_fall = 0.4;
+        assert!(!spline.cross(&y, &[steepest_fall; 41], 0.05, &mut x));
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! The taxels around a press: conductances cut out of a frame, and the loads that a model makes of them.
 
 use super::model::Model;
-use crate::material::LoadLaw;
+use crate::material::{LoadLaw, Spread};
 use crate::{Frame, Siemens};
 
 /// Taxels around a labelled one that its spread is undone with, to each side.
@@ -43,7 +43,7 @@ pub(super) fn cut_out(siemens: &Frame<Siemens>, middle: (usize, usize)) -> Vec<f
 pub(super) struct Patch {
     effective_g: [f64; SIDE * SIDE],
     loads_g: [f64; SIDE * SIDE],
-    work: [f64; 2 * SIDE * SIDE],
+    work: [f64; Spread::room(SIDE * SIDE, SIDE)],
     nowhere: [bool; SIDE * SIDE],
 }
 
@@ -52,7 +52,7 @@ impl Default for Patch {
         Self {
             effective_g: [0.0; SIDE * SIDE],
             loads_g: [0.0; SIDE * SIDE],
-            work: [0.0; 2 * SIDE * SIDE],
+            work: [0.0; Spread::room(SIDE * SIDE, SIDE)],
             nowhere: [false; SIDE * SIDE],
         }
     }

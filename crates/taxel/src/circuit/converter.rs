@@ -2,12 +2,17 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use taxel_linalg::wide;
 
+use crate::frame::has_mark;
 use crate::sensor::{ScanOrder, Sensor};
 use crate::{Counts, Frame, Mark, Volts};
 
 /// Standard deviation of what rounding to whole counts adds, counts: 1/√12.
 pub const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
+
+/// Readings that are looked at together.
+const BLOCK: usize = 64;
 
 /// The analogue-to-digital converter: gain, offset, inversion, carry-over, clipping, quantisation.
 #[derive(Debug, Clone, PartialEq)]
@@ -80,30 +85,80 @@ impl Converter {
     /// [`Mark::Saturated`], those at or below what the recorder keeps [`Mark::BelowFloor`], other marks are taken over. Of a
     /// reading below the floor the volts are its bound: those of the largest count that is written as nothing.
     pub fn volts_from_counts_into(&self, counts: &Frame<Counts>, volts: &mut Frame<Volts>) {
-        let offset = self.offset_counts();
-        volts.sequence = counts.sequence;
-        volts.time_secs = counts.time_secs;
-        for ((volt, count), (to, from)) in volts
-            .values
-            .iter_mut()
-            .zip(counts.values())
-            .zip(volts.marks.iter_mut().zip(counts.marks()))
-        {
-            *to = match from {
-                Mark::Good if *count >= self.max_count => Mark::Saturated,
-                Mark::Good if self.floor_count.is_some_and(|floor| *count <= floor) => {
+        volts.copy_meta_from(counts);
+        self.mark_volts(counts.values(), &mut volts.marks);
+        let is_bound = |mark| mark == Mark::BelowFloor;
+        if self.order == ScanOrder::RowByRow && !has_mark(&volts.marks, is_bound) {
+            self.volts_in_order(counts.values(), &mut volts.values);
+        } else {
+            self.volts_out_of_order(counts, volts);
+        }
+    }
+
+    /// Marks good readings that are beyond what is recorded.
+    fn mark_volts(&self, counts: &[f64], marks: &mut [Mark]) {
+        let floor = self.floor_count.unwrap_or(f64::NEG_INFINITY);
+        let blocks = counts.chunks(BLOCK).zip(marks.chunks_mut(BLOCK));
+        for (counts, marks) in blocks {
+            let is_beyond = |count: f64| (count >= self.max_count) | (count <= floor);
+            let has_some = wide(
+                #[inline(always)]
+                || {
+                    counts
+                        .iter()
+                        .fold(false, |any, &count| any | is_beyond(count))
+                },
+            );
+            if !has_some {
+                continue;
+            }
+            let good = marks.iter_mut().zip(counts);
+            for (mark, count) in good.filter(|(mark, _)| **mark == Mark::Good) {
+                *mark = if *count >= self.max_count {
+                    Mark::Saturated
+                } else if *count <= floor {
                     Mark::BelowFloor
+                } else {
+                    Mark::Good
+                };
+            }
+        }
+    }
+
+    /// Where each reading keeps a part of the one beside it, and none is a bound: many at once.
+    fn volts_in_order(&self, counts: &[f64], volts: &mut [f64]) {
+        let offset = self.offset_counts();
+        let per_count = self.volts_per_count;
+        let read = move |count: f64| (count - offset) * per_count;
+        let (part, whole) = (self.carry_over, 1.0 / (1.0 - self.carry_over));
+        wide(
+            #[inline(always)]
+            || {
+                for (volt, count) in volts.iter_mut().zip(counts) {
+                    *volt = read(*count);
                 }
-                mark => *mark,
-            };
-            let count = match (*to, self.floor_count) {
+                if part != 0.0 {
+                    // kept_k = (1−m)·v_k + m·kept_{k−1}, so v_k needs the two neighbouring readings alone.
+                    let pairs = counts[1..].iter().zip(counts);
+                    for (volt, (count, last)) in volts[1..].iter_mut().zip(pairs) {
+                        *volt = (read(*count) - part * read(*last)) * whole;
+                    }
+                }
+            },
+        );
+    }
+
+    fn volts_out_of_order(&self, counts: &Frame<Counts>, volts: &mut Frame<Volts>) {
+        let offset = self.offset_counts();
+        let readings = counts.values().iter().zip(&volts.marks);
+        for (volt, (count, mark)) in volts.values.iter_mut().zip(readings) {
+            let count = match (*mark, self.floor_count) {
                 (Mark::BelowFloor, Some(floor)) => floor,
                 _ => *count,
             };
             *volt = (count - offset) * self.volts_per_count;
         }
         if self.carry_over != 0.0 {
-            // kept_k = (1−m)·v_k + m·kept_{k−1}, so v_k needs the two neighbouring readings alone.
             let mut last = None;
             for at in scan(self.order, counts.rows(), counts.columns()) {
                 let kept = volts.values[at];

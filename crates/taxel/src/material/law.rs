@@ -109,17 +109,18 @@ impl LoadLaw {
             Self::of(&self.ln_scale, taxel),
             Self::of(&self.exponent, taxel),
         );
-        let response = over.abs().ln() - scale;
-        let mut ln_load = response / exponent;
-        if let Some(bend) = &self.bend {
-            let mut lane = [ln_load];
-            straighten(bend, &[exponent], &[response], &mut lane);
-            [ln_load] = lane;
-        }
-        let acting = ln_load.exp();
+        let acting = if exponent == 1.0 && self.bend.is_none() {
+            over.abs() * (-scale).exp()
+        } else {
+            let response = over.abs().ln() - scale;
+            let mut ln_load = [response / exponent];
+            if let Some(bend) = &self.bend {
+                straighten(bend, &[exponent], &[response], &mut ln_load);
+            }
+            ln_load[0].exp()
+        };
         let load = match self.saturation_load_g {
-            // Beyond the asymptote no load explains the conductance; a hundredfold stands for that.
-            Some(half) => acting / (1.0 - acting / half).max(0.01),
+            Some(half) => acting / (1.0 - acting / half).max(LEAST_LEFT),
             None => acting,
         };
         load.copysign(over)
@@ -140,87 +141,97 @@ impl LoadLaw {
     pub fn grams_of_frame(&self, siemens: &[f64], grams: &mut [f64]) {
         let n = grams.len();
         let siemens = &siemens[..n];
-        match (&self.ln_scale[..], &self.exponent[..]) {
-            ([scale], [exponent]) => self.grams_of_each(siemens, grams, |_| *scale, |_| *exponent),
-            ([scale], each) => {
-                let each = &each[..n];
-                self.grams_of_each(siemens, grams, |_| *scale, |t| each[t]);
-            }
-            (each, [exponent]) => {
-                let each = &each[..n];
-                self.grams_of_each(siemens, grams, |t| each[t], |_| *exponent);
-            }
-            (scales, exponents) => {
-                let (scales, exponents) = (&scales[..n], &exponents[..n]);
-                self.grams_of_each(siemens, grams, |t| scales[t], |t| exponents[t]);
-            }
+        if let ([scale], [1.0], None) = (&self.ln_scale[..], &self.exponent[..], &self.bend) {
+            self.grams_in_proportion(siemens, grams, (-scale).exp());
+            return;
         }
-    }
-
-    #[inline(always)]
-    fn grams_of_each(
-        &self,
-        siemens: &[f64],
-        grams: &mut [f64],
-        ln_scale: impl Fn(usize) -> f64,
-        exponent: impl Fn(usize) -> f64,
-    ) {
-        let (chunks, rest) = grams.as_chunks_mut::<LANES>();
-        let (of_chunks, of_rest) = siemens.as_chunks::<LANES>();
-        let whole = LANES * chunks.len();
+        let (ln_scale, exponent) = (
+            Blocks::new(&self.ln_scale, n),
+            Blocks::new(&self.exponent, n),
+        );
+        let (blocks, rest) = grams.as_chunks_mut::<BLOCK>();
+        let (of_blocks, of_rest) = siemens.as_chunks::<BLOCK>();
         wide(
             #[inline(always)]
             || {
-                for (k, (grams, siemens)) in chunks.iter_mut().zip(of_chunks).enumerate() {
-                    if siemens.iter().all(|siemens| *siemens == self.g_zero) {
-                        *grams = [0.0; LANES];
-                        continue;
-                    }
-                    let taxel = |lane: usize| k * LANES + lane;
-                    let scales = std::array::from_fn(|lane| ln_scale(taxel(lane)));
-                    let exponents = std::array::from_fn(|lane| exponent(taxel(lane)));
-                    *grams = self.grams_of_lanes(siemens, scales, exponents);
+                for (k, (grams, siemens)) in blocks.iter_mut().zip(of_blocks).enumerate() {
+                    self.grams_of_block(siemens, ln_scale.at(k), exponent.at(k), grams);
+                }
+                if !rest.is_empty() {
+                    let mut siemens = [self.g_zero; BLOCK];
+                    let mut grams = [0.0; BLOCK];
+                    siemens[..rest.len()].copy_from_slice(of_rest);
+                    self.grams_of_block(&siemens, &ln_scale.last, &exponent.last, &mut grams);
+                    rest.copy_from_slice(&grams[..rest.len()]);
                 }
             },
         );
-        for (lane, (grams, siemens)) in rest.iter_mut().zip(of_rest).enumerate() {
-            let taxel = whole + lane;
-            let (scale, exponent) = ([ln_scale(taxel)], [exponent(taxel)]);
-            [*grams] = self.grams_of_lanes(&[*siemens], scale, exponent);
-        }
+    }
+
+    /// Of a law whose exponent is 1, as that of numbers that are loads already: no logarithm, and nothing lost to one.
+    fn grams_in_proportion(&self, siemens: &[f64], grams: &mut [f64], grams_per_siemens: f64) {
+        wide(
+            #[inline(always)]
+            || {
+                for (grams, siemens) in grams.iter_mut().zip(siemens) {
+                    *grams = (siemens - self.g_zero) * grams_per_siemens;
+                }
+                if let Some(half) = self.saturation_load_g {
+                    for grams in grams {
+                        *grams /= (1.0 - grams.abs() / half).max(LEAST_LEFT);
+                    }
+                }
+            },
+        );
     }
 
     #[inline(always)]
-    fn grams_of_lanes<const LANES: usize>(
+    fn grams_of_block(
         &self,
-        siemens: &[f64; LANES],
-        ln_scale: [f64; LANES],
-        exponent: [f64; LANES],
-    ) -> [f64; LANES] {
-        let (mut ln_load, mut response) = ([0.0; LANES], [0.0; LANES]);
-        for lane in 0..LANES {
+        siemens: &[f64; BLOCK],
+        ln_scale: &[f64; BLOCK],
+        exponent: &[f64; BLOCK],
+        grams: &mut [f64; BLOCK],
+    ) {
+        if siemens.iter().all(|siemens| *siemens == self.g_zero) {
+            *grams = [0.0; BLOCK];
+            return;
+        }
+        let mut response = [0.0; BLOCK];
+        for lane in 0..BLOCK {
             let over = (siemens[lane] - self.g_zero).abs();
             response[lane] = elementary::ln(over.max(f64::MIN_POSITIVE)) - ln_scale[lane];
-            ln_load[lane] = response[lane] / exponent[lane];
+        }
+        if let [one] = self.exponent[..] {
+            let inverse = 1.0 / one;
+            for (grams, response) in grams.iter_mut().zip(&response) {
+                *grams = response * inverse;
+            }
+        } else {
+            for lane in 0..BLOCK {
+                grams[lane] = response[lane] / exponent[lane];
+            }
         }
         if let Some(bend) = &self.bend {
-            straighten(bend, &exponent, &response, &mut ln_load);
+            straighten(bend, exponent, &response, grams);
         }
-        // 1/half of what never saturates.
-        let part = self.saturation_load_g.map_or(0.0, |half| 1.0 / half);
-        let mut grams = [0.0; LANES];
-        for lane in 0..LANES {
-            let over = siemens[lane] - self.g_zero;
-            let acting = elementary::exp(ln_load[lane]);
-            let load = acting / (1.0 - acting * part).max(0.01);
+        for grams in grams.iter_mut() {
+            *grams = elementary::exp(*grams);
+        }
+        if let Some(half) = self.saturation_load_g {
+            for grams in grams.iter_mut() {
+                *grams /= (1.0 - *grams / half).max(LEAST_LEFT);
+            }
+        }
+        for (grams, siemens) in grams.iter_mut().zip(siemens) {
+            let over = siemens - self.g_zero;
             // No load is none, and what is no number stays none.
-            grams[lane] = if over != 0.0 {
-                load.copysign(over) + 0.0 * over
+            *grams = if over != 0.0 {
+                grams.copysign(over) + 0.0 * over
             } else {
                 0.0
             };
         }
-        grams
     }
 
     /// Conductance in siemens under a load in grams.
@@ -259,16 +270,45 @@ impl LoadLaw {
     }
 }
 
-/// Taxels whose loads are found side by side.
-const LANES: usize = 8;
+/// What is left of the response at least: beyond the asymptote no load explains the conductance; a hundredfold stands for that.
+const LEAST_LEFT: f64 = 0.01;
+/// Taxels whose loads are found one step after the other, all at hand.
+const BLOCK: usize = 64;
 const MAX_STEPS: usize = 20;
 /// The last step, of a logarithm.
 const LAST_STEP: f64 = 1e-12;
 /// A bend that turns the law's slope around is none that can be undone; no less than this is believed of it.
 const LEAST_SLOPE: f64 = 0.05;
 
-/// ln of the acting loads where exponent · ln load + bend(ln load) is the response, by Newton's steps from what it would be
-/// without a bend.
+/// One number for all taxels or one each, block by block.
+struct Blocks<'a> {
+    each: &'a [[f64; BLOCK]],
+    /// Of all taxels, or those after the last whole block.
+    last: [f64; BLOCK],
+}
+
+impl<'a> Blocks<'a> {
+    fn new(values: &'a [f64], taxels: usize) -> Self {
+        if let [one] = values {
+            return Self {
+                each: &[],
+                last: [*one; BLOCK],
+            };
+        }
+        let (each, rest) = values[..taxels].as_chunks();
+        let mut last = [1.0; BLOCK];
+        last[..rest.len()].copy_from_slice(rest);
+        Self { each, last }
+    }
+
+    #[inline(always)]
+    fn at(&self, block: usize) -> &[f64; BLOCK] {
+        self.each.get(block).unwrap_or(&self.last)
+    }
+}
+
+/// ln of the acting loads where exponent · ln load + bend(ln load) is the response; where the law's slope turns around, by Newton's
+/// steps from what it would be without a bend.
 #[inline(always)]
 fn straighten<const LANES: usize>(
     bend: &Spline,
@@ -276,6 +316,11 @@ fn straighten<const LANES: usize>(
     response: &[f64; LANES],
     ln_load: &mut [f64; LANES],
 ) {
+    let start = *ln_load;
+    if bend.cross(response, exponent, LEAST_SLOPE, ln_load) {
+        return;
+    }
+    *ln_load = start;
     for _ in 0..MAX_STEPS {
         let (value, slope) = bend.at_each(ln_load);
         let mut longest = 0f64;
@@ -327,7 +372,8 @@ mod tests {
 
     #[test]
     fn a_frame_at_once_is_every_taxel_by_itself() {
-        let taxels = 37;
+        // More than a block, and no whole number of them.
+        let taxels = 101;
         let siemens: Vec<f64> = (0..taxels)
             .map(|t| 1e-6 + 1e-7 * (t as f64 - 5.0).powi(3))
             .chain([f64::NAN, 1e-6])
@@ -349,6 +395,16 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn numbers_that_are_loads_already_pass_as_they_are() {
+        let law = LoadLaw::power(0.0, 1.0, 1.0);
+        let siemens: Vec<f64> = (0..70).map(|t| 0.1 * f64::from(t) - 0.7).collect();
+        let mut grams = vec![0.0; siemens.len()];
+        law.grams_of_frame(&siemens, &mut grams);
+        assert_eq!(grams, siemens);
+        assert_eq!(law.grams_from_siemens(0, 0.3), 0.3);
     }
 
     #[test]

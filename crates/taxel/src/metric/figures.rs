@@ -2,8 +2,8 @@
 
 use super::{
     GripForce, centre_of_placed_mm, centre_of_pressure_mm, centre_on_handle_mm, contact_area_mm2,
-    grip_force, measured_share, outlier_share, peak_pressure, resultant_newtons,
-    total_force_newtons,
+    grip_force, kilopascals_from_newtons, measured_share, outlier_share, peak_pressure,
+    resultant_newtons, total_force_newtons, usable,
 };
 use crate::{Frame, Newtons, Sensor};
 
@@ -42,19 +42,32 @@ impl FrameFigures {
     /// The same with another threshold of what counts as touched, newtons a taxel.
     pub fn with_threshold(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Self {
         let handle = sensor.handle();
-        let peak = peak_pressure(loads, |taxel| sensor.taxel_area_mm2(taxel));
         let cell_mm2 = |taxel| sensor.cell_mm2(taxel);
         Self {
             total_force_newtons: total_force_newtons(loads),
             grip: handle.map(|handle| grip_force(loads, handle)),
             resultant_newtons: handle.map(|handle| resultant_newtons(loads, handle)),
-            peak_kilopascals: peak.map_or(0.0, |peak| peak.kilopascals),
+            peak_kilopascals: peak_kilopascals(loads, sensor),
             contact_area_mm2: contact_area_mm2(loads, threshold_newtons, cell_mm2),
             centre_mm: centre_mm(loads, sensor, threshold_newtons),
             outlier_share: outlier_share(loads),
             measured_share: measured_share(loads),
         }
     }
+}
+
+/// Highest pressure, kPa; 0 where no taxel counts.
+fn peak_kilopascals(loads: &Frame<Newtons>, sensor: &Sensor) -> f64 {
+    if sensor.has_one_area() {
+        // Of equal areas that under the largest load: one division, not one for each taxel.
+        let all = usable(loads).map(|(_, newtons)| newtons);
+        let most = all.reduce(|a, b| if b > a { b } else { a });
+        return most.map_or(0.0, |newtons| {
+            kilopascals_from_newtons(newtons, sensor.taxel_area_mm2(0))
+        });
+    }
+    let peak = peak_pressure(loads, |taxel| sensor.taxel_area_mm2(taxel));
+    peak.map_or(0.0, |peak| peak.kilopascals)
 }
 
 /// Across the rows and across the columns, by whatever the sensor lies on.

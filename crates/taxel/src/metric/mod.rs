@@ -57,8 +57,9 @@ pub fn outlier_share<Q>(frame: &Frame<Q>) -> f64 {
 /// Share of the taxels whose own reading counts, 0 to 1: good, or a bound (saturated, below the floor). A sum of loads over a
 /// frame is a sum over these, and over what was interpolated.
 pub fn measured_share<Q>(frame: &Frame<Q>) -> f64 {
-    let measured = frame.marks().iter().filter(|mark| mark.is_reading());
-    measured.count() as f64 / frame.taxels().max(1) as f64
+    let readings = Mark::ALL.into_iter().filter(|mark| mark.is_reading());
+    let measured: usize = readings.map(|mark| frame.count(mark)).sum();
+    measured as f64 / frame.taxels().max(1) as f64
 }
 
 /// Values and positions of the taxels that count.

@@ -1,5 +1,7 @@
 //! Readings at the lower end of the converter, held against the circuit.
 
+use taxel_linalg::wide;
+
 use super::{Level, ScreenOptions};
 use crate::circuit::{Circuit, Converter, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
 use crate::{Counts, Frame, Mark, Sensor};
@@ -10,6 +12,8 @@ const SIGMAS: f64 = 6.0;
 const COUNTS: f64 = 2.0;
 /// Noise that is taken where none is known, counts.
 const USUAL_NOISE_COUNTS: f64 = 1.0;
+/// Readings that are looked at together.
+const BLOCK: usize = 64;
 
 /// Finds readings that are stuck at the lower end where the baseline is too near to it to fall from: an unloaded taxel
 /// beside loaded ones reads what leaks through its lines, and a conductance clearly below nothing is that of no taxel. So a
@@ -48,10 +52,25 @@ impl LowerEnd {
     /// Takes the good readings of a screened frame that stand at the end.
     pub(crate) fn take(&mut self, counts: &Frame<Counts>) {
         self.at_end.clear();
-        let readings = counts.values().iter().zip(counts.marks()).enumerate();
-        let at_end = readings
-            .filter(|(_, (value, mark))| **mark == Mark::Good && **value <= self.end_counts);
-        self.at_end.extend(at_end.map(|(taxel, _)| taxel));
+        let end = self.end_counts;
+        for (k, values) in counts.values().chunks(BLOCK).enumerate() {
+            // Few readings stand there.
+            let has_some = wide(
+                #[inline(always)]
+                || {
+                    values
+                        .iter()
+                        .fold(false, |any, value| any | (*value <= end))
+                },
+            );
+            if has_some {
+                let readings = (k * BLOCK..).zip(values);
+                let at_end = readings.filter(|(taxel, value)| {
+                    **value <= end && counts.marks()[*taxel] == Mark::Good
+                });
+                self.at_end.extend(at_end.map(|(taxel, _)| taxel));
+            }
+        }
     }
 
     /// Of the readings taken, those that no load explains, by the conductances of their frame.

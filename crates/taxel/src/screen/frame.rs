@@ -1,7 +1,10 @@
 //! Single readings that cannot be trusted, frame by frame.
 
+use taxel_linalg::wide;
+
 use super::line_state::{FrameLines, Thresholds, find_dropped};
 use super::{Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape};
+use crate::frame::has_mark;
 use crate::sensor::mark_absent;
 use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark, Sensor};
@@ -144,17 +147,29 @@ impl FrameScreen {
         if let Some(spikes) = self.options.space_spikes {
             self.mark_space_spikes(frame, &thresholds, &spikes);
         }
-        // The taxel's own past is better evidence than a neighbour: half of the range will do.
-        let support = OWN_SUPPORT_SHARE * self.max_count;
-        for (i, high) in self.was_high.iter_mut().enumerate() {
-            let value = frame.values()[i];
-            *high = match frame.marks()[i] {
-                Mark::Saturated => true,
-                Mark::Good => value >= support && value < thresholds.ceiling,
-                _ => false,
-            };
-        }
+        self.remember_high(frame, thresholds.ceiling);
         Ok(())
+    }
+
+    /// The taxel's own past is better evidence than a neighbour: half of the range will do.
+    fn remember_high(&mut self, frame: &Frame<Counts>, ceiling: f64) {
+        let support = OWN_SUPPORT_SHARE * self.max_count;
+        let lines = frame.values().chunks_exact(self.columns);
+        let lines = lines.zip(frame.marks().chunks_exact(self.columns));
+        for (high, (values, marks)) in self.was_high.chunks_exact_mut(self.columns).zip(lines) {
+            let is_saturated = |mark| mark == Mark::Saturated;
+            if !any_beyond(values, f64::NEG_INFINITY, support) && !has_mark(marks, is_saturated) {
+                high.fill(false);
+                continue;
+            }
+            for ((high, &value), mark) in high.iter_mut().zip(values).zip(marks) {
+                *high = match mark {
+                    Mark::Saturated => true,
+                    Mark::Good => value >= support && value < ceiling,
+                    _ => false,
+                };
+            }
+        }
     }
 
     /// Saturated or below the floor, and nothing else: of numbers that another program has screened.
@@ -196,46 +211,58 @@ impl FrameScreen {
 
     /// Stuck, saturated or below the floor, for every reading at either end of what is recorded.
     fn mark_ends(&mut self, frame: &mut Frame<Counts>, thresholds: &Thresholds) {
+        let floor = self.options.floor_count.unwrap_or(f64::NEG_INFINITY);
+        let low = self.options.end_counts.max(floor);
+        for row in 0..self.rows {
+            let line = row * self.columns..(row + 1) * self.columns;
+            // On few rows does any reading stand at an end.
+            if any_beyond(&frame.values()[line.clone()], low, thresholds.ceiling) {
+                self.mark_ends_of_row(frame, row, thresholds);
+            } else {
+                self.at_ceiling[line].fill(0);
+            }
+        }
+    }
+
+    fn mark_ends_of_row(&mut self, frame: &mut Frame<Counts>, row: usize, thresholds: &Thresholds) {
         let options = &self.options;
         let fallen = thresholds.least - options.stuck_sigmas * thresholds.noise;
         let below_baseline = fallen > options.end_counts && thresholds.floor.is_some();
         let surround = options.stuck_surround_share * self.max_count;
         let support = options.saturated_support_share * self.max_count;
-        for row in 0..self.rows {
-            for column in 0..self.columns {
-                let i = row * self.columns + column;
-                let value = frame.values()[i];
-                let run = &mut self.at_ceiling[i];
-                *run = if value >= thresholds.ceiling {
-                    run.saturating_add(1)
+        for column in 0..self.columns {
+            let i = row * self.columns + column;
+            let value = frame.values()[i];
+            let run = &mut self.at_ceiling[i];
+            *run = if value >= thresholds.ceiling {
+                run.saturating_add(1)
+            } else {
+                0
+            };
+            if frame.marks()[i] != Mark::Good {
+                continue;
+            }
+            if value >= thresholds.ceiling {
+                let around = Around::of(frame, row, column);
+                let stands = *run >= HELD_FRAMES || self.held_at_ceiling[i];
+                let plausible = options.ceiling_is_load
+                    || stands
+                    || self.was_high[i]
+                    || is_supported(&around, support, thresholds);
+                frame.marks_mut()[i] = if plausible {
+                    Mark::Saturated
                 } else {
-                    0
+                    Mark::Stuck
                 };
-                if frame.marks()[i] != Mark::Good {
-                    continue;
-                }
-                if value >= thresholds.ceiling {
-                    let around = Around::of(frame, row, column);
-                    let stands = *run >= HELD_FRAMES || self.held_at_ceiling[i];
-                    let plausible = options.ceiling_is_load
-                        || stands
-                        || self.was_high[i]
-                        || is_supported(&around, support, thresholds);
-                    frame.marks_mut()[i] = if plausible {
-                        Mark::Saturated
-                    } else {
-                        Mark::Stuck
-                    };
-                } else if options.is_below_floor(value) {
-                    frame.marks_mut()[i] = Mark::BelowFloor;
-                } else if value <= options.end_counts
-                    && (below_baseline
-                        || !options.floating
-                            && Around::of(frame, row, column)
-                                .surround_above(thresholds.baseline, surround))
-                {
-                    frame.marks_mut()[i] = Mark::Stuck;
-                }
+            } else if options.is_below_floor(value) {
+                frame.marks_mut()[i] = Mark::BelowFloor;
+            } else if value <= options.end_counts
+                && (below_baseline
+                    || !options.floating
+                        && Around::of(frame, row, column)
+                            .surround_above(thresholds.baseline, surround))
+            {
+                frame.marks_mut()[i] = Mark::Stuck;
             }
         }
     }
@@ -273,6 +300,19 @@ impl FrameScreen {
             frame.marks_mut()[i] = Mark::Spike;
         }
     }
+}
+
+/// Whether any value is at most `low`, or at least `high`.
+fn any_beyond(values: &[f64], low: f64, high: f64) -> bool {
+    wide(
+        #[inline(always)]
+        || {
+            let is_beyond = |value: f64| (value <= low) | (value >= high);
+            values
+                .iter()
+                .fold(false, |any, &value| any | is_beyond(value))
+        },
+    )
 }
 
 /// Whether the neighbourhood makes a reading at the ceiling plausible: one neighbour that is high but not at the

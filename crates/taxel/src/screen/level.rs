@@ -1,5 +1,8 @@
 //! What an unloaded taxel reads, and how much a reading varies by itself.
 
+use taxel_linalg::wide;
+
+use super::histogram::{BLOCK, Histogram, nearest};
 use super::{ScreenOptions, check_shape};
 use crate::circuit::ROUNDING_COUNTS;
 use crate::{Counts, Error, Frame, Sensor};
@@ -16,6 +19,8 @@ const MEDIAN_DIFFERENCE_CUT_OFF: f64 = 0.395;
 const DIFFERENCE_BINS: usize = 2048;
 /// Once this many frames weigh in, all of them lose half of their weight: a baseline that drifts is followed.
 const HALVED_AFTER_FRAMES: u64 = 1024;
+/// What stands for a reading that says nothing: it is in no bin, and near to no baseline.
+const LEFT_OUT: f64 = f64::INFINITY;
 /// The most bins the readings are sorted into.
 const MAX_BINS: f64 = 4096.0;
 
@@ -42,17 +47,19 @@ pub struct Level {
 pub struct LevelScreen {
     rows: usize,
     columns: usize,
-    bins: Vec<u64>,
+    bins: Histogram,
     width: f64,
     readings: u64,
     frames: u64,
-    differences: Vec<u64>,
+    differences: Histogram,
     previous: Vec<f64>,
     has_previous: bool,
     fixed_baseline: Option<f64>,
     fixed_noise: Option<f64>,
-    /// Crossings that read nothing of their own.
+    /// Crossings that read nothing of their own; empty where there are none.
     absent: Vec<bool>,
+    /// The readings of the last frame that had some to be left out.
+    kept: Vec<f64>,
     floor_count: f64,
     level: Option<Level>,
 }
@@ -79,20 +86,17 @@ impl LevelScreen {
         Self {
             rows,
             columns,
-            bins: vec![0; (ceiling / width).ceil() as usize + 1],
+            bins: Histogram::new((ceiling / width).ceil() as usize + 1),
             width,
             readings: 0,
             frames: 0,
-            differences: vec![0; DIFFERENCE_BINS],
+            differences: Histogram::new(DIFFERENCE_BINS),
             previous: vec![0.0; rows * columns],
             has_previous: false,
             fixed_baseline: options.baseline_counts,
             fixed_noise: options.noise_counts,
-            absent: if options.absent.is_empty() {
-                vec![false; rows * columns]
-            } else {
-                options.absent.clone()
-            },
+            absent: options.absent.clone(),
+            kept: Vec::with_capacity(rows * columns),
             floor_count: options.floor_count.unwrap_or(f64::NEG_INFINITY),
             level: None,
         }
@@ -104,41 +108,62 @@ impl LevelScreen {
     /// [`Error::Shape`] for a frame of another shape.
     pub fn observe(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
         check_shape("frame to screen", self.rows, self.columns, frame)?;
-        self.readings += if self.width == 1.0 {
-            self.count(frame.values(), |value| value)
+        let mut kept = std::mem::take(&mut self.kept);
+        let values = self.without_left_out(frame.values(), &mut kept);
+        if self.width == 1.0 {
+            self.count(values, |value| value);
         } else {
             let width = self.width;
-            self.count(frame.values(), |value| value / width)
-        };
+            self.count(values, |value| value / width);
+        }
         self.frames += 1;
         if self.frames >= HALVED_AFTER_FRAMES {
             self.forget_half();
         }
         let rough = self.spread_level();
         if let Some((rough, _)) = rough {
-            self.take_differences(frame, rough);
+            self.take_differences(values, rough);
         }
-        self.previous.copy_from_slice(frame.values());
+        self.previous.copy_from_slice(values);
         self.has_previous = true;
         self.level = rough.map(|(rough, cut_off)| self.refined(rough, cut_off));
+        self.kept = kept;
         Ok(())
     }
 
-    /// Adds readings to the bins; how many.
-    fn count(&mut self, values: &[f64], place: impl Fn(f64) -> f64) -> u64 {
-        let mut readings = 0;
-        for (&value, &absent) in values.iter().zip(&self.absent) {
+    /// The values, [`LEFT_OUT`] for those that say nothing; how many do not goes to the readings.
+    fn without_left_out<'a>(&mut self, values: &'a [f64], kept: &'a mut Vec<f64>) -> &'a [f64] {
+        self.readings += values.len() as u64;
+        if self.absent.is_empty() && self.floor_count == f64::NEG_INFINITY {
+            return values;
+        }
+        kept.clear();
+        kept.extend_from_slice(values);
+        for (taxel, value) in kept.iter_mut().enumerate() {
             // What is written as nothing may be anything up to the floor.
-            if absent || value <= self.floor_count {
-                continue;
-            }
-            readings += 1;
-            let value = if value > 0.0 { value } else { 0.0 };
-            if let Some(count) = self.bins.get_mut(nearest(place(value))) {
-                *count += 1;
+            if self.absent.get(taxel) == Some(&true) || *value <= self.floor_count {
+                *value = LEFT_OUT;
+                self.readings -= 1;
             }
         }
-        readings
+        kept
+    }
+
+    /// Adds readings to the bins.
+    fn count(&mut self, values: &[f64], place: impl Fn(f64) -> f64) {
+        let (beyond, mut places) = (self.bins.beyond(), [0; BLOCK]);
+        for values in values.chunks(BLOCK) {
+            wide(
+                #[inline(always)]
+                || {
+                    for (&value, at) in values.iter().zip(&mut places) {
+                        let place = place(if value > 0.0 { value } else { 0.0 });
+                        *at = nearest(if place < beyond { place } else { beyond });
+                    }
+                },
+            );
+            self.bins.add(&places[..values.len()]);
+        }
     }
 
     /// Baseline and noise so far. `None` while too few readings are unloaded to tell (a recording of
@@ -155,51 +180,56 @@ impl LevelScreen {
 
     /// Halves the weight of everything seen so far.
     fn forget_half(&mut self) {
-        for count in self.bins.iter_mut().chain(&mut self.differences) {
-            *count /= 2;
-        }
+        self.bins.halve();
+        self.differences.halve();
         self.readings /= 2;
         self.frames /= 2;
     }
 
     /// Differences to the frame before, of taxels that are unloaded in both.
-    fn take_differences(&mut self, frame: &Frame<Counts>, rough: Level) {
+    fn take_differences(&mut self, values: &[f64], rough: Level) {
         if !self.has_previous {
             return;
         }
         let reach = 8.0 * rough.noise_counts.max(1.0);
-        let unloaded =
-            |value: f64| value > self.floor_count && (value - rough.baseline_counts).abs() <= reach;
-        let pairs = frame.values().iter().zip(&self.previous);
-        for ((&now, &before), &absent) in pairs.zip(&self.absent) {
-            if !absent && unloaded(now) && unloaded(before) {
-                let bin = nearest((now - before).abs());
-                if let Some(count) = self.differences.get_mut(bin) {
-                    *count += 1;
-                }
-            }
+        let baseline = rough.baseline_counts;
+        let (beyond, mut places) = (self.differences.beyond(), [0; BLOCK]);
+        let pairs = values.chunks(BLOCK).zip(self.previous.chunks(BLOCK));
+        for (now, before) in pairs {
+            wide(
+                #[inline(always)]
+                || {
+                    for ((now, before), at) in now.iter().zip(before).zip(&mut places) {
+                        let far = |value: f64| (value - baseline).abs();
+                        let is_one = (far(*now) <= reach) & (far(*before) <= reach);
+                        let place = if is_one { (now - before).abs() } else { beyond };
+                        *at = nearest(if place < beyond { place } else { beyond });
+                    }
+                },
+            );
+            self.differences.add(&places[..now.len()]);
         }
     }
 
     /// Baseline from the mode, noise from the spread below it; and whether the noise is cut off at 0.
     fn spread_level(&self) -> Option<(Level, bool)> {
-        let unloaded: u64 = self.bins.iter().sum();
+        let (bins, unloaded) = (self.bins.counts(), self.bins.held());
         if unloaded < MIN_READINGS || (unloaded as f64) < 0.05 * self.readings as f64 {
             return None;
         }
-        let mode = settled_mode(&self.bins, half_sample_mode(&self.bins));
+        let mode = settled_mode(bins, self.bins.half_sample_mode());
         // A mode at the upper end is the foot of a hill of loaded readings, not a baseline.
-        if mode > 0.9 * (self.bins.len() - 1) as f64 {
+        if mode > 0.9 * (bins.len() - 1) as f64 {
             return None;
         }
-        let cut_off = is_cut_off(&self.bins, mode);
+        let cut_off = is_cut_off(bins, mode);
         let noise = self.fixed_noise.unwrap_or_else(|| {
-            let bins = if cut_off {
-                spread(&self.bins, 0.0, Side::AboveCut)
+            let wide = if cut_off {
+                spread(bins, 0.0, Side::AboveCut)
             } else {
-                spread(&self.bins, mode, Side::Below)
+                spread(bins, mode, Side::Below)
             };
-            bins * self.width
+            wide * self.width
         });
         let level = Level {
             baseline_counts: self.fixed_baseline.unwrap_or(mode * self.width),
@@ -210,8 +240,7 @@ impl LevelScreen {
 
     /// The smaller of the two noise estimates.
     fn refined(&self, rough: Level, cut_off: bool) -> Level {
-        let pairs: u64 = self.differences.iter().sum();
-        if self.fixed_noise.is_some() || pairs < MIN_DIFFERENCES {
+        if self.fixed_noise.is_some() || self.differences.held() < MIN_DIFFERENCES {
             return rough;
         }
         let median_of_one = if cut_off {
@@ -219,7 +248,7 @@ impl LevelScreen {
         } else {
             MEDIAN_ABSOLUTE_NORMAL * std::f64::consts::SQRT_2
         };
-        let from_differences = interpolated_median(&self.differences) / median_of_one;
+        let from_differences = self.differences.interpolated_median() / median_of_one;
         Level {
             noise_counts: rough
                 .noise_counts
@@ -228,34 +257,6 @@ impl LevelScreen {
             ..rough
         }
     }
-}
-
-/// The whole number nearest to one that is neither negative nor beyond 2⁵²: so many that its last binary digit is a one.
-/// `round` is a call where the processor may be an old one, and takes several times as long.
-fn nearest(number: f64) -> usize {
-    const ONES: f64 = 4_503_599_627_370_496.0;
-    ((number + ONES).to_bits() - ONES.to_bits()) as usize
-}
-
-/// Halves the shortest interval that holds half of what is left until it is three bins wide; its centroid.
-fn half_sample_mode(bins: &[u64]) -> f64 {
-    let (mut first, mut last) = (0, bins.len() - 1);
-    while last - first > 2 {
-        let inside: u64 = bins[first..=last].iter().sum();
-        let (a, b) = shortest_half(bins, first, last, inside.div_ceil(2));
-        if (a, b) == (first, last) {
-            break;
-        }
-        (first, last) = (a, b);
-    }
-    let mut weight = 0.0;
-    let mut moment = 0.0;
-    let reach = first.saturating_sub(1)..=(last + 1).min(bins.len() - 1);
-    for i in reach {
-        weight += bins[i] as f64;
-        moment += i as f64 * bins[i] as f64;
-    }
-    moment / weight.max(1.0)
 }
 
 /// Moves a rough mode to the centroid of the readings within one standard deviation of it, three times:
@@ -274,26 +275,6 @@ fn settled_mode(bins: &[u64], rough: f64) -> f64 {
         mode = (first..=last).map(|i| i as f64 * held(i)).sum::<f64>() / weight;
     }
     mode
-}
-
-/// The shortest interval of bins in `first..=last` that holds at least `wanted`; of several, the fullest.
-fn shortest_half(bins: &[u64], first: usize, last: usize, wanted: u64) -> (usize, usize) {
-    let mut best = (first, last, 0);
-    let mut start = first;
-    let mut held = 0;
-    for end in first..=last {
-        held += bins[end];
-        while start < end && held - bins[start] >= wanted {
-            held -= bins[start];
-            start += 1;
-        }
-        let shorter = end - start < best.1 - best.0;
-        let fuller = end - start == best.1 - best.0 && held > best.2;
-        if held >= wanted && (shorter || fuller) {
-            best = (start, end, held);
-        }
-    }
-    (best.0, best.1)
 }
 
 /// One side of a mode.
@@ -365,21 +346,6 @@ fn distance(bins: &[u64], mode: f64, side: Side, reach: f64, fraction: f64) -> f
 fn is_cut_off(bins: &[u64], mode: f64) -> bool {
     let at_mode = (mode.round() as usize).min(bins.len() - 1);
     at_mode == 0 || (bins[0] > bins[at_mode] && mode < 2.0 * spread(bins, mode, Side::Below))
-}
-
-/// Median of magnitudes counted in bins of one (the first reaches from 0 to ½), interpolated within its bin.
-fn interpolated_median(bins: &[u64]) -> f64 {
-    let half = bins.iter().sum::<u64>() as f64 / 2.0;
-    let mut held = 0.0;
-    for (i, &count) in bins.iter().enumerate() {
-        let part = count as f64;
-        if held + part >= half && part > 0.0 {
-            let lower = (i as f64 - 0.5).max(0.0);
-            return lower + (i as f64 + 0.5 - lower) * (half - held) / part;
-        }
-        held += part;
-    }
-    0.0
 }
 
 #[cfg(test)]

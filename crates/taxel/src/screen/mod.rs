@@ -41,6 +41,7 @@ mod axis;
 mod end;
 mod fault;
 mod frame;
+mod histogram;
 mod level;
 mod line;
 mod line_state;

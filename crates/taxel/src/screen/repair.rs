@@ -1,5 +1,6 @@
 //! Replacing what was not measured, where that is asked for.
 
+use crate::frame::has_mark;
 use crate::stats::median_high;
 use crate::{Frame, Mark};
 
@@ -49,7 +50,7 @@ fn replace<Q>(
     wanted: impl Fn(Mark) -> bool,
     mark: Option<Mark>,
 ) -> usize {
-    if !frame.marks.iter().any(|&mark| wanted(mark)) {
+    if !has_mark(&frame.marks, &wanted) {
         return 0;
     }
     let (rows, columns) = (frame.rows(), frame.columns());

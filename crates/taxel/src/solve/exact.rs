@@ -21,6 +21,7 @@ mod state;
 
 use super::{Infeasible, Method, Outcome, Solver, Stop, noise_and_rounding_volts};
 use crate::circuit::{LineEnds, LinearCircuit};
+use crate::frame::clear_where;
 use crate::material::Sheet;
 use crate::sensor::Sensor;
 use crate::{Frame, Mark, Siemens, Volts};
@@ -186,11 +187,9 @@ impl Exact {
         state
             .live
             .scatter(&state.siemens[..taxels], columns, siemens.values_mut());
-        for (siemens, mark) in siemens.values.iter_mut().zip(&siemens.marks) {
-            if *mark == Mark::Absent {
-                *siemens = 0.0;
-            }
-        }
+        clear_where(&mut siemens.values, &siemens.marks, |mark| {
+            mark == Mark::Absent
+        });
         outcome
     }
 

@@ -4,8 +4,9 @@
 use std::iter::StepBy;
 use std::ops::Range;
 
-use crate::Frame;
 use crate::circuit::LinearCircuit;
+use crate::frame::has_mark;
+use crate::{Frame, Mark};
 
 /// The rows and columns that take part in a frame.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,10 +27,8 @@ impl LiveLines {
     /// Reads the lines off a frame's marks; true when they are others than before.
     pub(super) fn update<Q>(&mut self, frame: &Frame<Q>) -> bool {
         let (rows, columns) = (frame.rows(), frame.columns());
-        if frame.marks().iter().all(|&mark| !mark.is_out())
-            && self.rows.len() == rows
-            && self.columns.len() == columns
-        {
+        let has_all = self.rows.len() == rows && self.columns.len() == columns;
+        if has_all && !has_mark(frame.marks(), Mark::is_out) {
             return false;
         }
         self.row_open.clear();

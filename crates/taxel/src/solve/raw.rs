@@ -1,6 +1,7 @@
 //! No compensation: what most programs do, and what every other method is compared with.
 
 use super::{Method, Outcome, Solver, Stop};
+use crate::frame::all_good;
 use crate::sensor::{Sense, Sensor, Topology};
 use crate::{Frame, Mark, Siemens, Volts};
 
@@ -83,14 +84,24 @@ impl Solver for Raw {
     fn solve_into(&mut self, volts: &Frame<Volts>, siemens: &mut Frame<Siemens>) -> Outcome {
         siemens.copy_meta_from(volts);
         let columns = volts.columns();
-        let readings = volts.values().iter().zip(volts.marks());
-        for (taxel, (g, (&v, mark))) in siemens.values.iter_mut().zip(readings).enumerate() {
-            let ohms = self.row_ohms.get(taxel / columns);
-            *g = match mark {
-                Mark::Open | Mark::Absent => 0.0,
-                Mark::BelowFloor => self.unloaded_siemens,
-                _ => self.siemens_over(v, *ohms.unwrap_or(&self.ohms)),
-            };
+        let lines = volts.values().chunks_exact(columns);
+        let lines = lines.zip(volts.marks().chunks_exact(columns));
+        let out = siemens.values.chunks_exact_mut(columns);
+        for (row, (out, (line, marks))) in out.zip(lines).enumerate() {
+            let ohms = self.row_ohms.get(row).copied().unwrap_or(self.ohms);
+            for (g, &v) in out.iter_mut().zip(line) {
+                *g = self.siemens_over(v, ohms);
+            }
+            if all_good(marks) {
+                continue;
+            }
+            for (g, mark) in out.iter_mut().zip(marks) {
+                *g = match mark {
+                    Mark::Open | Mark::Absent => 0.0,
+                    Mark::BelowFloor => self.unloaded_siemens,
+                    _ => *g,
+                };
+            }
         }
         Outcome::new(Stop::Direct, 0, 0.0)
     }

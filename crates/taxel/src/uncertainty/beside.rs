@@ -171,7 +171,7 @@ mod tests {
             wrong[which] += off;
             let (mut acting, mut found) = (loads.clone(), loads.clone());
             Spread::new(truth).apply(columns, &loads, &mut acting);
-            let mut work = vec![0.0; 2 * loads.len()];
+            let mut work = vec![0.0; Spread::room(loads.len(), columns)];
             Spread::new(wrong).undo(columns, &[], &acting, &mut found, &mut work);
             for taxel in 0..loads.len() {
                 let says = by_spread(errors, &loads, columns, taxel);

@@ -138,7 +138,7 @@ impl FigureErrors {
             weights: none(),
             rivals: Vec::new(),
             right: none(),
-            work: vec![0.0; 2 * taxels],
+            work: vec![0.0; Spread::room(taxels, sensor.columns())],
         })
     }
 

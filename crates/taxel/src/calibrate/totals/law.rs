@@ -101,7 +101,8 @@ fn weights(sensor: &Sensor) -> Vec<f64> {
         return Vec::new();
     };
     let ones = vec![1.0; sensor.rows() * sensor.columns()];
-    let (mut weights, mut work) = (ones.clone(), vec![0.0; 2 * ones.len()]);
+    let mut weights = ones.clone();
+    let mut work = vec![0.0; Spread::room(ones.len(), sensor.columns())];
     Spread::new(spread).undo(
         sensor.columns(),
         sensor.absent(),

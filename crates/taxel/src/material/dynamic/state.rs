@@ -1,10 +1,13 @@
 //! What all taxels of an array remember, and the inverse of the law, frame by frame.
 
-use super::{DynamicLaw, Step};
-use crate::sensor::MAX_DYNAMIC_TERMS;
+use taxel_linalg::wide;
 
-/// Taxels worked on together: all that they remember stays in the first cache.
-const BLOCK: usize = 256;
+use super::{DynamicLaw, Step};
+
+/// Taxels worked on together: each step goes through all of them, which stay in the first cache.
+const LANES: usize = 64;
+/// One number each.
+type Lanes = [f64; LANES];
 
 /// What the taxels of an array remember. Before the first frame all loads are 0 and always were: begin without load.
 #[derive(Debug, Clone)]
@@ -13,22 +16,23 @@ pub struct HysteresisState {
     taxels: usize,
     /// Seconds of the frame before; `None` before the first.
     secs: Option<f64>,
-    loads: Vec<f64>,
+    loads: Vec<Lanes>,
     /// One list a lag, one list a play.
-    lags: Vec<Vec<f64>>,
-    plays: Vec<Vec<f64>>,
+    lags: Vec<Vec<Lanes>>,
+    plays: Vec<Vec<Lanes>>,
 }
 
 impl HysteresisState {
     /// Nothing remembered.
     pub fn new(law: &DynamicLaw, taxels: usize) -> Self {
+        let nothing = vec![[0.0; LANES]; taxels.div_ceil(LANES)];
         Self {
             law: law.clone(),
             taxels,
             secs: None,
-            loads: vec![0.0; taxels],
-            lags: vec![vec![0.0; taxels]; law.lags.len()],
-            plays: vec![vec![0.0; taxels]; law.plays.len()],
+            lags: vec![nothing.clone(); law.lags.len()],
+            plays: vec![nothing.clone(); law.plays.len()],
+            loads: nothing,
         }
     }
 
@@ -37,7 +41,7 @@ impl HysteresisState {
         self.secs = None;
         let lists = self.lags.iter_mut().chain(&mut self.plays);
         for list in lists.chain([&mut self.loads]) {
-            list.fill(0.0);
+            list.fill([0.0; LANES]);
         }
     }
 
@@ -64,103 +68,105 @@ impl HysteresisState {
         }
         let step = self.law.step(now - self.secs.unwrap_or(now));
         self.secs = Some(now);
-        let arch = pulp::Arch::new();
-        for first in (0..self.taxels).step_by(BLOCK) {
-            let block = first..(first + BLOCK).min(self.taxels);
-            let acting = &mut grams[block.clone()];
-            let mut lags: [&mut [f64]; MAX_DYNAMIC_TERMS] = Default::default();
-            for (slot, list) in lags.iter_mut().zip(&mut self.lags) {
-                *slot = &mut list[block.clone()];
-            }
-            let mut plays: [&mut [f64]; MAX_DYNAMIC_TERMS] = Default::default();
-            for (slot, list) in plays.iter_mut().zip(&mut self.plays) {
-                *slot = &mut list[block.clone()];
-            }
-            let before = &mut self.loads[block.clone()];
-            let (mut loads, mut slack) = ([0.0; BLOCK], [0.0; BLOCK]);
-            arch.dispatch(
-                #[inline(always)]
-                || invert(&step, acting, before, &lags, &plays, &mut loads, &mut slack),
-            );
-            for (i, load) in loads[..block.len()].iter_mut().enumerate() {
-                if is_lost(first + i) {
-                    *load = before[i];
-                }
-            }
-            arch.dispatch(
-                #[inline(always)]
-                || remember(&step, &loads, before, &mut lags, &mut plays),
-            );
-            acting.copy_from_slice(&loads[..block.len()]);
+        wide(
+            #[inline(always)]
+            || self.take(&step, grams, is_lost),
+        );
+    }
+
+    #[inline(always)]
+    fn take(&mut self, step: &Step, grams: &mut [f64], is_lost: impl Fn(usize) -> bool) {
+        let (whole, rest) = grams.as_chunks_mut::<LANES>();
+        for (at, acting) in whole.iter_mut().enumerate() {
+            let lost = |lane| is_lost(at * LANES + lane);
+            self.take_lanes(step, at, acting, lost);
         }
+        if !rest.is_empty() {
+            let (at, mut acting) = (whole.len(), [0.0; LANES]);
+            acting[..rest.len()].copy_from_slice(rest);
+            let lost = |lane| at * LANES + lane < self.taxels && is_lost(at * LANES + lane);
+            let lost: [bool; LANES] = std::array::from_fn(lost);
+            self.take_lanes(step, at, &mut acting, |lane| lost[lane]);
+            rest.copy_from_slice(&acting[..rest.len()]);
+        }
+    }
+
+    /// Loads from acting loads, given what is remembered, which goes on.
+    #[inline(always)]
+    fn take_lanes(
+        &mut self,
+        step: &Step,
+        at: usize,
+        acting: &mut Lanes,
+        is_lost: impl Fn(usize) -> bool,
+    ) {
+        let before = self.loads[at];
+        let mut load = *acting;
+        for (i, lag) in self.lags.iter().enumerate() {
+            let (keep, old) = (step.weight[i] * step.keep[i], step.weight[i] * step.old[i]);
+            let lag = &lag[at];
+            for lane in 0..LANES {
+                load[lane] -= keep * lag[lane] + old * before[lane];
+            }
+        }
+        for (weight, play) in step.play_weight.iter().zip(&self.plays) {
+            for (load, play) in load.iter_mut().zip(&play[at]) {
+                *load -= weight * play;
+            }
+        }
+        let share = 1.0 / step.slope;
+        for load in &mut load {
+            *load *= share;
+        }
+        for (j, play) in self.plays.iter().enumerate() {
+            let (give, reach) = (step.give[j], step.half_width[j]);
+            for (load, play) in load.iter_mut().zip(&play[at]) {
+                let over = greater(*load - (play + reach), 0.0);
+                let under = greater((play - reach) - *load, 0.0);
+                *load += give * (under - over);
+            }
+        }
+        for load in &mut load {
+            *load = greater(*load, 0.0);
+        }
+        // Nearly always none is.
+        if (0..LANES).fold(false, |any, lane| any | is_lost(lane)) {
+            for lane in (0..LANES).filter(|&lane| is_lost(lane)) {
+                load[lane] = before[lane];
+            }
+        }
+        self.remember(step, at, &load);
+        *acting = load;
+    }
+
+    /// Carries what some taxels remember on to these loads.
+    #[inline(always)]
+    fn remember(&mut self, step: &Step, at: usize, loads: &Lanes) {
+        let before = self.loads[at];
+        for (i, lag) in self.lags.iter_mut().enumerate() {
+            let (keep, old, new) = (step.keep[i], step.old[i], step.new[i]);
+            let lag = &mut lag[at];
+            for lane in 0..LANES {
+                lag[lane] = keep * lag[lane] + old * before[lane] + new * loads[lane];
+            }
+        }
+        for (reach, play) in step.half_width.iter().zip(&mut self.plays) {
+            for (play, load) in play[at].iter_mut().zip(loads) {
+                *play = less(greater(*play, load - reach), load + reach);
+            }
+        }
+        self.loads[at] = *loads;
     }
 }
 
-/// Loads of a block from acting loads, given what is remembered.
+/// The greater of two, as one instruction; the second where the first is no number.
 #[inline(always)]
-fn invert(
-    step: &Step,
-    acting: &[f64],
-    before: &[f64],
-    lags: &[&mut [f64]; MAX_DYNAMIC_TERMS],
-    plays: &[&mut [f64]; MAX_DYNAMIC_TERMS],
-    loads: &mut [f64; BLOCK],
-    slack: &mut [f64; BLOCK],
-) {
-    let count = acting.len();
-    let (loads, slack) = (&mut loads[..count], &mut slack[..count]);
-    slack.copy_from_slice(acting);
-    for (i, lag) in lags.iter().enumerate().take(step.lags) {
-        let (keep, old) = (step.weight[i] * step.keep[i], step.weight[i] * step.old[i]);
-        for ((slack, lag), before) in slack.iter_mut().zip(&lag[..count]).zip(&before[..count]) {
-            *slack -= keep * lag + old * before;
-        }
-    }
-    for (j, play) in plays.iter().enumerate().take(step.plays) {
-        let weight = step.play_weight[j];
-        for (slack, play) in slack.iter_mut().zip(&play[..count]) {
-            *slack -= weight * play;
-        }
-    }
-    let share = 1.0 / step.slope;
-    for (load, slack) in loads.iter_mut().zip(slack.iter()) {
-        *load = share * slack;
-    }
-    for (j, play) in plays.iter().enumerate().take(step.plays) {
-        let (give, reach) = (step.give[j], step.half_width[j]);
-        for (load, play) in loads.iter_mut().zip(&play[..count]) {
-            let over = (*load - (play + reach)).max(0.0);
-            let under = ((play - reach) - *load).max(0.0);
-            *load += give * (under - over);
-        }
-    }
-    for load in loads {
-        *load = load.max(0.0);
-    }
+fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }
 
-/// Carries what a block remembers on to these loads.
+/// The less of two, likewise.
 #[inline(always)]
-fn remember(
-    step: &Step,
-    loads: &[f64; BLOCK],
-    before: &mut [f64],
-    lags: &mut [&mut [f64]; MAX_DYNAMIC_TERMS],
-    plays: &mut [&mut [f64]; MAX_DYNAMIC_TERMS],
-) {
-    let count = before.len();
-    let loads = &loads[..count];
-    for (i, lag) in lags.iter_mut().enumerate().take(step.lags) {
-        let (keep, old, new) = (step.keep[i], step.old[i], step.new[i]);
-        for ((lag, load), before) in lag[..count].iter_mut().zip(loads).zip(&before[..count]) {
-            *lag = keep * *lag + old * before + new * load;
-        }
-    }
-    for (j, play) in plays.iter_mut().enumerate().take(step.plays) {
-        let reach = step.half_width[j];
-        for (play, load) in play[..count].iter_mut().zip(loads) {
-            *play = play.max(load - reach).min(load + reach);
-        }
-    }
-    before.copy_from_slice(loads);
+fn less(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }
