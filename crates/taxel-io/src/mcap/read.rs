@@ -122,7 +122,8 @@ impl McapReader {
     /// Opens a recording of the shape that `options` give.
     ///
     /// # Errors
-    /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FileShape`].
+    /// [`Error::Open`], [`Error::NotMcap`], [`Error::NoCounts`], [`Error::FileShape`]; [`Error::RecordingDamaged`] where no
+    /// frame is left.
     pub fn open(path: impl AsRef<Path>, options: ReadOptions) -> Result<Self, Error> {
         let mut reader = Self::open_any(path)?;
         reader.options = options;
@@ -198,18 +199,7 @@ impl McapReader {
     fn begin(&mut self) -> Result<(), Error> {
         self.ahead = self.read_grid()?;
         let Some(ahead) = &self.ahead else {
-            return Err(if self.damage.cut {
-                Error::RecordingCut {
-                    file: self.path.clone(),
-                    frames: 0,
-                    bytes: self.scanner.position(),
-                }
-            } else {
-                Error::NoCounts {
-                    file: self.path.clone(),
-                    found: self.topics.names(),
-                }
-            });
+            return Err(self.no_frame());
         };
         self.start = Some(ahead.log_time);
         let (rows, columns) = match &ahead.grid {
@@ -230,6 +220,28 @@ impl McapReader {
             self.about = sought::about(&self.path, self.index.as_ref());
         }
         Ok(())
+    }
+
+    /// Why there is none.
+    fn no_frame(&self) -> Error {
+        let file = self.path.clone();
+        if self.damage.cut {
+            let bytes = self.scanner.position();
+            return Error::RecordingCut {
+                file,
+                frames: 0,
+                bytes,
+            };
+        }
+        // Of another program's recording, damaged or not, the topics that it has say more.
+        if self.topics.counts().is_some() && !self.damage.is_none() {
+            let what = format!("{}; no frame is left", self.damage.words().join("; "));
+            return Error::RecordingDamaged { file, what };
+        }
+        Error::NoCounts {
+            file,
+            found: self.topics.names(),
+        }
     }
 
     /// The sensor file that the recording carries.

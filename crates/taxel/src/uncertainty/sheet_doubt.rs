@@ -23,7 +23,7 @@ impl SheetDoubt {
         let more = sensor.edited(|spec| {
             let sheet = spec.material.as_mut().and_then(|m| m.sheet.as_mut());
             let sheet = sheet.expect("there is one");
-            *sheet = sheet.conducting(1.0 + share);
+            *sheet = sheet.more_by_its_law(share);
         })?;
         let nothing = || vec![0.0; sensor.rows() * sensor.columns()];
         Ok(Some(Self {
@@ -72,8 +72,8 @@ mod tests {
 
     const SHARE: f64 = 0.02;
 
-    /// Under a film that conducts so much more than a second number says.
-    fn under_sheet(more: f64) -> Sensor {
+    /// Under a film whose law is off by so much.
+    fn under_sheet(share: f64) -> Sensor {
         let told = UncertaintySpec {
             model_share: 0.0,
             model_floor_g: 0.0,
@@ -90,10 +90,8 @@ mod tests {
             (spec.array.rows, spec.array.columns) = (12, 14);
             spec.array.geometry = None;
             let material = spec.material.as_mut().unwrap();
-            material.sheet = Some(SheetSpec {
-                resistance_ohms: 12e3 / more,
-                contact_factor: 3.0 / more,
-            });
+            let sheet = SheetSpec::new(12e3, 3.0);
+            material.sheet = Some(sheet.more_by_its_law(share));
             spec.uncertainty = Some(told);
         });
         edited.unwrap()
@@ -110,7 +108,7 @@ mod tests {
 
     #[test]
     fn loads_and_their_sum_are_off_by_what_it_says_where_the_law_is() {
-        let (sensor, real) = (under_sheet(1.0), under_sheet(1.0 + SHARE));
+        let (sensor, real) = (under_sheet(0.0), under_sheet(SHARE));
         let law = LoadLaw::from_sensor(&sensor).unwrap();
         let siemens = Frame::<Grams>::zeros(12, 14)
             .map(|taxel, _: f64| law.siemens_from_grams(taxel, grams(taxel)));

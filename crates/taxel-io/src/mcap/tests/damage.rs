@@ -176,6 +176,25 @@ fn every_whole_chunk_is_recovered_from_a_changed_file() {
 }
 
 #[test]
+fn a_recording_without_a_whole_chunk_is_damaged_and_not_one_of_something_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    write(&path);
+    let mut bytes = std::fs::read(&path).unwrap();
+    for (place, _) in chunks(&path) {
+        bytes[place.start + 80] ^= 0x10;
+    }
+    std::fs::write(&path, &bytes).unwrap();
+    let Err(error) = McapReader::open(&path, ReadOptions::new(16, 16)) else {
+        panic!("no frame of it is whole");
+    };
+    assert!(matches!(error, Error::RecordingDamaged { .. }), "{error}");
+    let words = error.to_string();
+    let expected = "4 damaged chunks left out; 20 frames missing; no frame is left";
+    assert!(words.contains(expected), "{words}");
+}
+
+#[test]
 fn frames_behind_a_lost_chunk_keep_their_places() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");

@@ -203,6 +203,11 @@ impl MaterialSpec {
     }
 }
 
+/// In shares of what is known of a sheet's law, how far off it is everywhere, and beyond that at contacts: light ones, past which no uniform
+/// load tells what flows, are where films by other laws part from it (docs/uncertainty.md).
+const SHARE_EVERYWHERE: f64 = 0.5;
+const SHARE_AT_CONTACTS: f64 = 2.0;
+
 impl SheetSpec {
     /// A film of so many ohms between neighbours, and the share of their contacts.
     pub fn new(resistance_ohms: f64, contact_factor: f64) -> Self {
@@ -215,6 +220,15 @@ impl SheetSpec {
     /// The film that conducts so many times as much between any two neighbours.
     pub(crate) fn conducting(self, times: f64) -> Self {
         Self::new(self.resistance_ohms / times, self.contact_factor / times)
+    }
+
+    /// The film that conducts more by one standard error of a law that is known to `share`.
+    pub(crate) fn more_by_its_law(self, share: f64) -> Self {
+        let film = self.conducting(1.0 + SHARE_EVERYWHERE * share);
+        Self {
+            contact_factor: film.contact_factor / (1.0 + SHARE_AT_CONTACTS * share),
+            ..film
+        }
     }
 }
 
