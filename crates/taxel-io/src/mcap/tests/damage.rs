@@ -190,7 +190,8 @@ fn a_recording_without_a_whole_chunk_is_damaged_and_not_one_of_something_else() 
     };
     assert!(matches!(error, Error::RecordingDamaged { .. }), "{error}");
     let words = error.to_string();
-    let expected = "4 damaged chunks left out; 20 frames missing; no frame is left";
+    let expected =
+        "4 damaged chunks left out; 20 frames missing that the file says it has; no frame is left";
     assert!(words.contains(expected), "{words}");
 }
 
