@@ -71,7 +71,7 @@ fn taxels_below_zero_cost_no_rounds() {
         let mut truth = pressed(64, 128, 1.0, seed);
         for (row, values) in truth.values_mut().chunks_exact_mut(128).enumerate() {
             // Two rows of four are not pressed: noise of both signs, that hardly leaves them a sum.
-            let is_above = |j: usize| j / (row % 4 - 1) % 2 == 0;
+            let is_above = |j: usize| (j / (row % 4 - 1)).is_multiple_of(2);
             if row % 4 > 1 {
                 let each = values.iter_mut().enumerate();
                 each.for_each(|(j, value)| *value = if is_above(j) { 2e-6 } else { -1.98e-6 });
