@@ -2,6 +2,8 @@
 
 use std::marker::PhantomData;
 
+use taxel_linalg::wide;
+
 use crate::Error;
 
 /// Converter output, in least significant bits.
@@ -287,8 +289,8 @@ impl<Q> Frame<Q> {
     }
 }
 
-/// Marks that are looked at together.
-const BLOCK: usize = 64;
+/// Marks or values that are looked at together.
+pub(crate) const BLOCK: usize = 64;
 
 /// Whether all of some marks are good. Nearly always all are, and their codes are 0: many are told at once.
 pub(crate) fn all_good(marks: &[Mark]) -> bool {
@@ -299,6 +301,19 @@ pub(crate) fn all_good(marks: &[Mark]) -> bool {
 pub(crate) fn has_mark(marks: &[Mark], wanted: impl Fn(Mark) -> bool) -> bool {
     let mut blocks = marks.chunks(BLOCK);
     blocks.any(|block| !all_good(block) && block.iter().any(|&mark| wanted(mark)))
+}
+
+/// Whether any value is at most `low`, or at least `high`.
+pub(crate) fn any_beyond(values: &[f64], low: f64, high: f64) -> bool {
+    wide(
+        #[inline(always)]
+        || {
+            let is_beyond = |value: f64| (value <= low) | (value >= high);
+            values
+                .iter()
+                .fold(false, |any, &value| any | is_beyond(value))
+        },
+    )
 }
 
 /// Values where a mark is `wanted` become 0; a good one never is.

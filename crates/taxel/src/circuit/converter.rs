@@ -4,15 +4,12 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use taxel_linalg::wide;
 
-use crate::frame::has_mark;
+use crate::frame::{BLOCK, any_beyond, has_mark};
 use crate::sensor::{ScanOrder, Sensor};
 use crate::{Counts, Frame, Mark, Volts};
 
 /// Standard deviation of what rounding to whole counts adds, counts: 1/√12.
 pub const ROUNDING_COUNTS: f64 = 0.288_675_134_594_812_9;
-
-/// Readings that are looked at together.
-const BLOCK: usize = 64;
 
 /// The analogue-to-digital converter: gain, offset, inversion, carry-over, clipping, quantisation.
 #[derive(Debug, Clone, PartialEq)]
@@ -100,16 +97,7 @@ impl Converter {
         let floor = self.floor_count.unwrap_or(f64::NEG_INFINITY);
         let blocks = counts.chunks(BLOCK).zip(marks.chunks_mut(BLOCK));
         for (counts, marks) in blocks {
-            let is_beyond = |count: f64| (count >= self.max_count) | (count <= floor);
-            let has_some = wide(
-                #[inline(always)]
-                || {
-                    counts
-                        .iter()
-                        .fold(false, |any, &count| any | is_beyond(count))
-                },
-            );
-            if !has_some {
+            if !any_beyond(counts, floor, self.max_count) {
                 continue;
             }
             let good = marks.iter_mut().zip(counts);

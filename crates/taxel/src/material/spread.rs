@@ -60,28 +60,40 @@ impl Spread {
     #[inline(always)]
     fn inner_row(&self, [above, here, below]: [&[f64]; 3], out: &mut [f64]) {
         let n = out.len();
-        let kept = self.kept();
-        let Self {
-            row,
-            column,
-            diagonal,
-        } = *self;
+        let (spread, kept) = (*self, self.kept());
         let ends = [(0, 1), (n - 1, n - 2)];
         for (end, next) in ends {
             out[end] = kept * here[end]
-                + column * here[next]
-                + row * (above[end] + below[end])
-                + diagonal * (above[next] + below[next]);
+                + spread.column * here[next]
+                + spread.row * (above[end] + below[end])
+                + spread.diagonal * (above[next] + below[next]);
         }
         let (a0, a1, a2) = (&above[..n - 2], &above[1..n - 1], &above[2..]);
         let (h0, h1, h2) = (&here[..n - 2], &here[1..n - 1], &here[2..]);
         let (b0, b1, b2) = (&below[..n - 2], &below[1..n - 1], &below[2..]);
         for (j, out) in out[1..n - 1].iter_mut().enumerate() {
-            *out = kept * h1[j]
-                + column * (h0[j] + h2[j])
-                + row * (a1[j] + b1[j])
-                + diagonal * ((a0[j] + a2[j]) + (b0[j] + b2[j]));
+            *out = spread.felt(
+                kept,
+                [a0[j], a1[j], a2[j]],
+                [h0[j], h1[j], h2[j]],
+                [b0[j], b1[j], b2[j]],
+            );
         }
+    }
+
+    /// What a taxel feels that keeps so much, of the rows above, its own and below.
+    #[inline(always)]
+    fn felt(
+        self,
+        kept: f64,
+        [a0, a1, a2]: [f64; 3],
+        [h0, h1, h2]: [f64; 3],
+        [b0, b1, b2]: [f64; 3],
+    ) -> f64 {
+        kept * h1
+            + self.column * (h0 + h2)
+            + self.row * (a1 + b1)
+            + self.diagonal * ((a0 + a2) + (b0 + b2))
     }
 
     #[inline(always)]
@@ -235,22 +247,19 @@ impl Spread {
     #[inline(always)]
     fn row_left(&self, loads: &[f64], effective: &[f64], left: &mut [f64]) {
         let n = left.len();
-        let kept = self.kept();
-        let Self {
-            row,
-            column,
-            diagonal,
-        } = *self;
+        let (spread, kept) = (*self, self.kept());
         let from = |row: usize, at: usize| &loads[row * (n + 2) + at..][..n];
         let (a0, a1, a2) = (from(0, 0), from(0, 1), from(0, 2));
         let (h0, h1, h2) = (from(1, 0), from(1, 1), from(1, 2));
         let (b0, b1, b2) = (from(2, 0), from(2, 1), from(2, 2));
         let effective = &effective[..n];
         for j in 0..n {
-            let felt = kept * h1[j]
-                + column * (h0[j] + h2[j])
-                + row * (a1[j] + b1[j])
-                + diagonal * ((a0[j] + a2[j]) + (b0[j] + b2[j]));
+            let felt = spread.felt(
+                kept,
+                [a0[j], a1[j], a2[j]],
+                [h0[j], h1[j], h2[j]],
+                [b0[j], b1[j], b2[j]],
+            );
             left[j] = effective[j] - felt;
         }
     }

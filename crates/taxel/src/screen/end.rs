@@ -1,9 +1,8 @@
 //! Readings at the lower end of the converter, held against the circuit.
 
-use taxel_linalg::wide;
-
 use super::{Level, ScreenOptions};
 use crate::circuit::{Circuit, Converter, OperatingPoint, ROUNDING_COUNTS, SensorCircuit};
+use crate::frame::{BLOCK, any_beyond};
 use crate::{Counts, Frame, Mark, Sensor};
 
 /// A reading is less than the circuit leaves to an unloaded taxel if by so many standard deviations of noise, and two
@@ -12,8 +11,6 @@ const SIGMAS: f64 = 6.0;
 const COUNTS: f64 = 2.0;
 /// Noise that is taken where none is known, counts.
 const USUAL_NOISE_COUNTS: f64 = 1.0;
-/// Readings that are looked at together.
-const BLOCK: usize = 64;
 
 /// Finds readings that are stuck at the lower end where the baseline is too near to it to fall from: an unloaded taxel
 /// beside loaded ones reads what leaks through its lines, and a conductance clearly below nothing is that of no taxel. So a
@@ -55,15 +52,7 @@ impl LowerEnd {
         let end = self.end_counts;
         for (k, values) in counts.values().chunks(BLOCK).enumerate() {
             // Few readings stand there.
-            let has_some = wide(
-                #[inline(always)]
-                || {
-                    values
-                        .iter()
-                        .fold(false, |any, value| any | (*value <= end))
-                },
-            );
-            if has_some {
+            if any_beyond(values, end, f64::INFINITY) {
                 let readings = (k * BLOCK..).zip(values);
                 let at_end = readings.filter(|(taxel, value)| {
                     **value <= end && counts.marks()[*taxel] == Mark::Good

@@ -1,10 +1,8 @@
 //! Single readings that cannot be trusted, frame by frame.
 
-use taxel_linalg::wide;
-
 use super::line_state::{FrameLines, Thresholds, find_dropped};
 use super::{Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape};
-use crate::frame::has_mark;
+use crate::frame::{any_beyond, has_mark};
 use crate::sensor::mark_absent;
 use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark, Sensor};
@@ -300,19 +298,6 @@ impl FrameScreen {
             frame.marks_mut()[i] = Mark::Spike;
         }
     }
-}
-
-/// Whether any value is at most `low`, or at least `high`.
-fn any_beyond(values: &[f64], low: f64, high: f64) -> bool {
-    wide(
-        #[inline(always)]
-        || {
-            let is_beyond = |value: f64| (value <= low) | (value >= high);
-            values
-                .iter()
-                .fold(false, |any, &value| any | is_beyond(value))
-        },
-    )
 }
 
 /// Whether the neighbourhood makes a reading at the ceiling plausible: one neighbour that is high but not at the
