@@ -21,7 +21,7 @@ pub(crate) struct Batch {
 #[pymethods]
 impl Batch {
     #[new]
-    #[pyo3(signature = (folder, sensor, *, method, loads, intervals, pictures, repair, no_tare, transpose))]
+    #[pyo3(signature = (folder, sensor, *, method, loads, intervals, pictures, repair, no_tare, transpose, with_names))]
     #[allow(clippy::too_many_arguments)]
     fn new(
         py: Python<'_>,
@@ -34,6 +34,7 @@ impl Batch {
         repair: Option<bool>,
         no_tare: bool,
         transpose: bool,
+        with_names: bool,
     ) -> PyResult<Self> {
         let mut settings = Settings::new(sensor.map(|sensor| (sensor.sensor, sensor.file)));
         settings.method = method.parse::<MethodName>().map_err(errors::other)?;
@@ -52,6 +53,7 @@ impl Batch {
         settings.repair = repair;
         settings.no_tare = no_tare;
         settings.transpose = transpose;
+        settings.with_names = with_names;
         let batch = interruptible(py, |_| batch::Batch::new(settings, &folder))?;
         Ok(Self {
             batch: batch.map_err(errors::of_app)?,

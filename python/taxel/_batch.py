@@ -47,6 +47,7 @@ class Settings:
     repair: bool | None = None
     tare: bool = True
     transpose: bool = False
+    with_names: bool = False
 
     def folder(self) -> Folder:
         """What does the work."""
@@ -60,6 +61,7 @@ class Settings:
             repair=self.repair,
             no_tare=not self.tare,
             transpose=self.transpose,
+            with_names=self.with_names,
         )
 
 
@@ -110,6 +112,7 @@ def map(
     repair: bool | None = None,
     tare: bool = True,
     transpose: bool = False,
+    with_names: bool = False,
     workers: int | None = None,
     summary: bool = True,
 ) -> Table:
@@ -141,6 +144,8 @@ def map(
         Whether a recording's tare is taken off.
     transpose : bool
         Whether the recordings have rows and columns swapped.
+    with_names : bool
+        Whether what headers of other programs' files say of persons, and names of files, is kept in what is written.
     workers : int, optional
         Threads; without it as many as there are cores. Results are the same.
     summary : bool
@@ -173,6 +178,7 @@ def map(
         repair,
         tare,
         transpose,
+        with_names,
     )
     if workers is not None and workers < 1:
         raise Error(f"{workers} workers\nhint: without `workers`, there are as many as cores")

@@ -130,6 +130,7 @@ class Batch:
         repair: bool | None,
         no_tare: bool,
         transpose: bool,
+        with_names: bool,
     ) -> None: ...
     def run(
         self, recordings: list[str], threads: int | None = None, tables: bool = False

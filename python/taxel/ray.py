@@ -73,7 +73,7 @@ def process(
     threads : int
         Processors of each worker.
     **options
-        ``method``, ``loads``, ``intervals``, ``pictures``, ``repair``, ``tare``, ``transpose``, as of ``taxel.map``.
+        ``method``, ``loads``, ``intervals``, ``pictures``, ``repair``, ``tare``, ``transpose``, ``with_names``, as of ``taxel.map``.
 
     Returns
     -------

@@ -20,6 +20,13 @@ def test_a_tekscan_export_is_a_recording_with_its_sensor():
     assert recording.time is not None and np.allclose(recording.time, [0, 0.032, 0.064])
 
 
+def test_names_are_in_what_is_written_where_they_are_asked_for(tmp_path: Path):
+    for names in (False, True):
+        taxel.map(CUTS / "fscan.asf", tmp_path / str(names), with_names=names)
+        (loads,) = (tmp_path / str(names)).rglob("*.loads.parquet")
+        assert (b"FraserP10" in loads.read_bytes()) == names
+
+
 def test_its_loads_are_pressure_times_area_and_nobody_knows_their_errors():
     recording = taxel.read(CUTS / "fscan.asf")
     pipeline = taxel.Pipeline(recording.sensor)

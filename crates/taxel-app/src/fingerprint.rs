@@ -22,7 +22,7 @@ pub fn of_file(path: &Path) -> Result<(u64, String), Error> {
 /// The same, and a stage hears of every piece.
 ///
 /// # Errors
-/// As of [`of_file`].
+/// As of [`of_file`]; [`Error::Stopped`].
 pub fn of_file_shown(path: &Path, stage: &dyn Stage) -> Result<(u64, String), Error> {
     let unread = |source| Error::Fingerprint {
         file: path.to_owned(),
@@ -33,6 +33,9 @@ pub fn of_file_shown(path: &Path, stage: &dyn Stage) -> Result<(u64, String), Er
     let mut piece = vec![0; 1 << 16];
     let mut bytes = 0;
     loop {
+        if stage.is_stopped() {
+            return Err(Error::Stopped);
+        }
         let read = file.read(&mut piece).map_err(unread)?;
         if read == 0 {
             break;

@@ -75,6 +75,9 @@ impl Input {
         let stage = reporter.stage("counting frames");
         let mut frames = 0;
         while reading.advance()? {
+            if stage.is_stopped() {
+                return Err(Error::Stopped);
+            }
             frames += 1;
             reading.show(&*stage);
         }

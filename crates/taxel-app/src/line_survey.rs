@@ -52,6 +52,9 @@ impl Survey {
 
     /// Reads a recording of counts through for line faults; with two threads one reads while the other looks. A pipe and
     /// other quantities are not looked at.
+    ///
+    /// # Errors
+    /// A frame that cannot be read; [`Error::Stopped`] where the reporter's stage says so.
     pub fn of(
         input: &Input,
         sensor: &Sensor,
@@ -86,6 +89,9 @@ impl Survey {
             &mut screens,
             memory,
             |(frame, level)| -> Result<bool, Error> {
+                if stage.is_stopped() {
+                    return Err(Error::Stopped);
+                }
                 let is_more = source.next_into(frame)?;
                 if is_more {
                     levels.observe(frame)?;
@@ -158,5 +164,41 @@ impl FaultyLine {
     /// Whether the line may be dead, and what stands on it is in no sum if it is.
     pub fn is_suspect(&self) -> bool {
         self.fault == "suspect"
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::fingerprint;
+    use crate::reporter::Until;
+    use crate::units::InputUnit;
+
+    type Look<'a> = dyn Fn(Until) -> Result<(), Error> + 'a;
+
+    /// What nobody wants any more ends where it is, not with the file.
+    #[test]
+    fn every_look_at_a_whole_recording_can_be_ended() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("long.txt");
+        std::fs::write(&file, "1,2,3,4,5,6,7,8,9,8,7,6,5,4,3,2,\n".repeat(16_000)).unwrap();
+        let sensor = taxel::sensor::preset("mat-16x16-cd4067").unwrap();
+        let input = Input::new(&file, InputUnit::Counts, &sensor);
+        let looks: [&Look; 4] = [
+            &|wanted| Survey::of(&input, &sensor, &wanted, Some(1)).map(drop),
+            &|wanted| Survey::of(&input, &sensor, &wanted, Some(2)).map(drop),
+            &|wanted| input.count_frames(&wanted).map(drop),
+            &|wanted| fingerprint::of_file_shown(&file, &wanted).map(drop),
+        ];
+        for look in looks {
+            let asked = AtomicUsize::new(0);
+            let ends = || asked.fetch_add(1, Ordering::Relaxed) == 3;
+            let found = look(Until(&ends));
+            assert!(matches!(found, Err(Error::Stopped)), "{found:?}");
+            assert_eq!(asked.into_inner(), 4);
+            assert!(look(Until(&|| false)).is_ok());
+        }
     }
 }

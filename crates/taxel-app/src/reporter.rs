@@ -21,6 +21,11 @@ pub trait Stage {
 
     /// A step is done, whatever the share: who wants no more of the work unwinds here.
     fn step(&self) {}
+
+    /// Whether nobody wants the work any more: asked between steps where it can end with an error.
+    fn is_stopped(&self) -> bool {
+        false
+    }
 }
 
 impl dyn Stage + '_ {
@@ -40,3 +45,22 @@ pub struct Silent;
 impl Reporter for Silent {}
 
 impl Stage for Silent {}
+
+/// Nobody hears anything; the work ends once it is no longer wanted.
+#[derive(Clone, Copy)]
+pub struct Until<'a>(
+    /// Whether nobody wants it any more.
+    pub &'a (dyn Fn() -> bool + Sync),
+);
+
+impl Reporter for Until<'_> {
+    fn stage(&self, _name: &str) -> Box<dyn Stage + '_> {
+        Box::new(*self)
+    }
+}
+
+impl Stage for Until<'_> {
+    fn is_stopped(&self) -> bool {
+        (self.0)()
+    }
+}

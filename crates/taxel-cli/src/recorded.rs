@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel::Sensor;
+use taxel_acquire::Address;
 use taxel_io::{Integrity, Tare};
 
 use crate::error::Error;
@@ -75,6 +76,14 @@ pub fn named(sensor: Sensor, recording: &Path, wanted: bool) -> Result<Sensor, E
         Ok(sensor_source::with_names(sensor, recording)?)
     } else {
         Ok(sensor)
+    }
+}
+
+/// The same of an address: a file's names; other sources have none.
+pub fn named_of(address: &Address, sensor: Sensor, wanted: bool) -> Result<Sensor, Error> {
+    match address {
+        Address::File { path, .. } => named(sensor, path, wanted),
+        _ => Ok(sensor),
     }
 }
 

@@ -157,7 +157,10 @@ fn keep<'a, T: Kept>(held: &[u32; HELD], count: usize, places: &'a mut [T]) -> O
     let (eights, last) = filled.as_chunks_mut::<8>();
     let (numbers, _) = held.as_chunks::<8>();
     for (eight, held) in eights.iter_mut().zip(numbers) {
-        *eight = held.map(|digits| T::of(number(digits)));
+        // No `map` of an array: it is not inlined.
+        for (place, digits) in eight.iter_mut().zip(held) {
+            *place = T::of(number(*digits));
+        }
     }
     for (place, held) in last.iter_mut().zip(&held[count & !7..]) {
         *place = T::of(number(*held));

@@ -11,6 +11,7 @@ use taxel_io::exports::file_of;
 use super::row::Row;
 use crate::error::Error;
 use crate::fingerprint;
+use crate::reporter::Until;
 
 /// Ending of entries.
 pub(super) const ENDING: &str = "entry.json";
@@ -131,8 +132,13 @@ pub(super) fn read(place: &Path) -> Option<Entry> {
 }
 
 /// The entry of a recording that needs no more work: the same file, the same program, the same settings, and all that was
-/// written still there. What is broken is tried again: the disk may have been full.
-pub(super) fn found(place: &Path, recording: &Path, settings: &str) -> Option<Entry> {
+/// written still there. What is broken is tried again: the disk may have been full. Not found where nobody wants it any more.
+pub(super) fn found(
+    place: &Path,
+    recording: &Path,
+    settings: &str,
+    wanted: Until,
+) -> Option<Entry> {
     let entry = read(place)?;
     let same = entry.program == PROGRAM && entry.settings_sha256 == settings;
     let there = entry.files.iter().all(|file| {
@@ -146,7 +152,8 @@ pub(super) fn found(place: &Path, recording: &Path, settings: &str) -> Option<En
     // As copied files have other dates, the content counts where the date has changed.
     let is_same = entry.bytes == bytes
         && (entry.modified_secs == modified_secs
-            || fingerprint::of_file(recording).is_ok_and(|(_, sum)| sum == entry.sha256));
+            || fingerprint::of_file_shown(recording, &wanted)
+                .is_ok_and(|(_, sum)| sum == entry.sha256));
     is_same.then(|| Entry {
         recording: words(recording),
         ..entry

@@ -25,6 +25,7 @@ use crate::error::Error;
 use crate::executor::cores;
 use crate::fingerprint;
 use crate::methods::MethodName;
+use crate::reporter::Until;
 use crate::units::Unit;
 pub use entry::{Entry, Status};
 use entry::{with_ending, words};
@@ -187,7 +188,7 @@ impl Batch {
     }
 
     /// Works one recording through with so many threads, unless that was done before. What is wrong with it stands in the
-    /// entry. Ended once nobody wants it any more, which is asked before every frame.
+    /// entry. Ended once nobody wants it any more, which is asked before every frame, and every 64 kB of the file's fingerprint.
     ///
     /// What was made of it before stays until there is something else of it: a recording out of reach, or a full disk, destroys
     /// nothing.
@@ -201,7 +202,7 @@ impl Batch {
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<Done, Error> {
         let place = self.folder.join(name_of(recording));
-        if let Some(entry) = entry::found(&place, recording, &self.fingerprint) {
+        if let Some(entry) = entry::found(&place, recording, &self.fingerprint, Until(is_stopped)) {
             return Ok(Done {
                 entry,
                 again: false,

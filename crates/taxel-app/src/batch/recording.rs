@@ -21,7 +21,7 @@ use crate::fingerprint;
 use crate::frames::{DisplayUnit, Input};
 use crate::line_survey::Survey;
 use crate::methods::MethodName;
-use crate::reporter::Silent;
+use crate::reporter::{Silent, Until};
 use crate::sensor_source;
 use crate::tare::{self, ToldTare};
 use crate::units::{InputUnit, Unit};
@@ -108,7 +108,7 @@ fn convert(
             hint: "a recording of an archive is read more than once, which a pipe or a device does not bear",
         });
     }
-    (_, entry.sha256) = fingerprint::of_file(recording)?;
+    (_, entry.sha256) = fingerprint::of_file_shown(recording, &Until(is_stopped))?;
     let (sensor, sensor_file) = match &batch.settings.sensor {
         Some((sensor, file)) => (sensor.clone(), file.clone()),
         None => sensor_source::of_recording(recording)?,
@@ -155,7 +155,8 @@ impl Job<'_> {
         let request =
             self.settings
                 .request(self.sensor, self.sensor_file, self.threads, self.is_stopped);
-        let survey = Survey::of(&input, self.sensor, &Silent, Some(self.threads))?;
+        let wanted = Until(self.is_stopped);
+        let survey = Survey::of(&input, self.sensor, &wanted, Some(self.threads))?;
         let files = self.files();
         let seen = self.convert(request, &input, &survey, &files)?;
         let heaviest = seen.heaviest.as_ref();

@@ -7,7 +7,7 @@ use taxel::Sensor;
 use taxel_acquire::Address;
 
 use crate::error::Error;
-use crate::{Exit, interrupt, out};
+use crate::{Exit, interrupt, out, recorded};
 use taxel_app::calibration_age::calibration_history;
 use taxel_app::exported::exported_words;
 use taxel_app::measure::regions_of_file;
@@ -69,6 +69,9 @@ struct Shown {
     /// Record the loads as images and the total as a wrench besides, which ROS 2 and Rerun know
     #[arg(long, requires = "loads")]
     images: bool,
+    /// Keep in the header of what is recorded what a file of another program says of persons, and names of files; left out else
+    #[arg(long)]
+    with_names: bool,
     /// Show the loads in Foxglove as well: it connects to ws://HOST:PORT (Open connection, Foxglove WebSocket)
     #[arg(long, value_name = "HOST:PORT", num_args = 0..=1, default_missing_value = "127.0.0.1:8765", require_equals = true)]
     foxglove: Option<String>,
@@ -201,6 +204,7 @@ fn started(address: &Address, options: SessionOptions) -> Result<Begun, Error> {
 
 fn options(address: &Address, shown: &Shown) -> Result<SessionOptions, Error> {
     let (sensor, sensor_file) = sensor_source::of(address, shown.sensor.as_deref())?;
+    let sensor = recorded::named_of(address, sensor, shown.with_names)?;
     interrupt::listen();
     let regions = shown.regions.as_ref();
     let regions = regions

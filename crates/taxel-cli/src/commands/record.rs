@@ -72,10 +72,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     check_recording("-o", &args.output)?;
     let (sensor, sensor_file) = sensor_source::of(&args.address, args.sensor.as_deref())?;
-    let sensor = match &args.address {
-        Address::File { path, .. } => recorded::named(sensor, path, args.with_names)?,
-        _ => sensor,
-    };
+    let sensor = recorded::named_of(&args.address, sensor, args.with_names)?;
     interrupt::listen();
     let mut options = SessionOptions::new(args.address.clone(), sensor, sensor_file);
     options.method = args.method.clone();

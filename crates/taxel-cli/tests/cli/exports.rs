@@ -1,7 +1,9 @@
 //! Files of other programs through the whole command: taken as they are, said to be so, and written for others.
 
 use std::path::Path;
+use std::process::Command;
 
+use crate::live::{Running, told, view, wait};
 use crate::run::Folder;
 
 /// A folder with cuts of real exports in it.
@@ -137,6 +139,29 @@ fn names_are_written_where_they_are_asked_for() {
         folder.read("foot.svg"),
     ] {
         assert!(!text.contains("FraserP10"), "{text}");
+    }
+}
+
+/// The same of what is recorded while a file is played.
+#[test]
+fn names_are_recorded_while_a_file_is_played_where_they_are_asked_for() {
+    let folder = with(&["fscan.asf"]);
+    for (name, option, has) in [("without", "", false), ("with", "--with-names", true)] {
+        let live = format!(
+            "live fscan.asf --record {name}.mcap --listen 127.0.0.1:0 --token abcdefgh {option}"
+        );
+        let mut running = Running::start(&folder, &live);
+        let mut viewer = view(&running.url());
+        wait("end", || {
+            told(&mut viewer, "state")["device"]["state"] == "ended"
+        });
+        let pid = running.child.id().to_string();
+        let sent = Command::new("kill").args(["-INT", &pid]).status().unwrap();
+        assert!(sent.success() && running.child.wait().unwrap().success());
+        let written = std::fs::read(folder.path(&format!("{name}.mcap"))).unwrap();
+        let written = String::from_utf8_lossy(&written);
+        assert!(written.contains("SENSEL_AREA 25.8064 mm2"), "{name}");
+        assert_eq!(written.contains("FraserP10"), has, "{name}");
     }
 }
 

@@ -153,6 +153,24 @@ impl Beginning {
         })
     }
 
+    /// Whether nothing but numbers stands in it: what our own text begins with. Of all formats here FSA's alone has no word.
+    fn has_no_words(&self) -> bool {
+        let is_of_numbers =
+            |byte| matches!(byte, b'0'..=b'9' | b'+'..=b'.' | b';' | b' ' | b'\t'..=b'\r');
+        self.text.bytes().all(is_of_numbers)
+    }
+
+    /// What opens it, where another program has written it.
+    fn format(&self) -> Option<Open> {
+        let formats = if self.has_no_words() {
+            &[FSA][..]
+        } else {
+            &FORMATS
+        };
+        let known = formats.iter().find(|(is_it, _)| is_it(self));
+        known.map(|(_, open)| *open)
+    }
+
     /// Its lines, at most so many, without blanks at their ends.
     fn lines(&self, most: usize) -> impl Iterator<Item = &str> {
         self.text.lines().take(most).map(str::trim)
@@ -161,6 +179,8 @@ impl Beginning {
 
 /// Whether a file that begins so is of one format.
 type IsIt = fn(&Beginning) -> bool;
+
+const FSA: (IsIt, Open) = (fsa::is_it, fsa::open);
 
 /// Every format: how it is known, and what opens it.
 const FORMATS: [(IsIt, Open); 14] = [
@@ -174,7 +194,7 @@ const FORMATS: [(IsIt, Open); 14] = [
     (rsscan::is_it, rsscan::open),
     (tactilus::is_it, tactilus::open),
     (insole::is_it, insole::open),
-    (fsa::is_it, fsa::open),
+    FSA,
     (suspects::is_zebris, suspects::refuse_zebris),
     (suspects::is_novel, suspects::refuse_novel),
     (suspects::is_rsscan, suspects::refuse_rsscan),
@@ -229,8 +249,7 @@ fn format_of(file: &Path) -> Option<Open> {
     let beginning = Beginning::of(file)?;
     if OWN.iter().any(|(own, _)| *own == extension(file)) {
         // Text of another program under such a name, and nothing else, is read.
-        let known = FORMATS.iter().find(|(is_it, _)| is_it(&beginning));
-        return known.map(|(_, open)| *open);
+        return beginning.format();
     }
     if beginning.is_utf16 {
         return Some(refuse_utf16);
@@ -238,8 +257,7 @@ fn format_of(file: &Path) -> Option<Open> {
     if let Some(packed) = beginning.packed {
         return Some(packed.refuse());
     }
-    let known = FORMATS.iter().find(|(is_it, _)| is_it(&beginning));
-    known.map(|(_, open)| *open)
+    beginning.format()
 }
 
 fn refuse_utf16(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error> {
@@ -334,4 +352,29 @@ fn choose(file: &Path, about: &ExportAbout, name: Option<&str>) -> Result<Chosen
         },
     };
     Err(Error::Export(Box::new(problem)))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(500))]
+
+        /// Of text without a word no other format than FSA's is asked whether it is it: none would say so. (These lines are too short
+        /// to be FSA's.)
+        #[test]
+        fn every_other_format_has_words(
+            lines in prop::collection::vec("[0-9+,.;\\- \t]{0,20}", 0..40),
+            end in prop::sample::select(vec!["\n", "\r\n"]),
+        ) {
+            let beginning = Beginning { text: lines.join(end), is_utf16: false, packed: None };
+            prop_assert!(beginning.has_no_words());
+            for (at, (is_it, _)) in FORMATS.iter().enumerate() {
+                prop_assert!(!is_it(&beginning), "format {at}");
+            }
+        }
+    }
 }
