@@ -1,6 +1,7 @@
 // End-to-end tests of the grip session's page: the real program with its simulated person, a real Chromium, no stand-ins.
 //
-//   node grip.mjs PATH_OF_TAXEL [WORDS ...]     WORDS: run only the tests whose names contain one of them
+//   node grip.mjs PATH_OF_TAXEL [WORDS ...]     WORDS: run only the tests whose names contain one of them; "usual protocol" has a
+//                                               session as long as a real one, three minutes, which else is left out
 //
 // Environment: as for test.mjs; with TAXEL_SCREENSHOTS every step of a session is kept there as a picture.
 
@@ -15,6 +16,7 @@ const SHOTS = process.env.TAXEL_SCREENSHOTS;
 // Keys within this time after a step do nothing: nobody has read yet what they would do.
 const READ_MS = 350;
 const STEP_MS = 120000;
+const USUAL = "usual protocol";
 
 let sessions = 0;
 
@@ -39,14 +41,17 @@ async function at(page, wanted, name = null) {
   check(found.length === 0, `axe finds at ${wanted}: ${found.join("\n")}`);
   const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
   check(wide <= 0, `at ${wanted} the page is ${wide} pixels too wide`);
-  const shot = `grip-${name}-${wanted}`;
-  if (SHOTS && !looked.has(shot)) {
-    looked.add(shot);
-    // With a hand on it.
-    if (wanted === "hold") await sleep(1400);
-    mkdirSync(SHOTS, { recursive: true });
-    await page.screenshot({ path: path.join(SHOTS, `${shot}.png`), fullPage: name.startsWith("phone") });
-  }
+  // With a hand on it.
+  if (SHOTS && wanted === "hold" && !looked.has(`${name}-${wanted}`)) await sleep(1400);
+  await look(page, `${name}-${wanted}`, name.startsWith("phone"));
+}
+
+// Keeps a picture, where they are wanted.
+async function look(page, name, fullPage = false) {
+  if (!SHOTS || looked.has(name)) return;
+  looked.add(name);
+  mkdirSync(SHOTS, { recursive: true });
+  await page.screenshot({ path: path.join(SHOTS, `grip-${name}.png`), fullPage });
 }
 
 // The primary button, once it can be read.
@@ -80,7 +85,7 @@ const pagesOf = (pdf) => Number(/\/Count (\d+)/.exec(pdf.toString("latin1"))[1])
 function checkResults(folder, trials) {
   const pdf = readFileSync(path.join(folder, "page.pdf"));
   check(pdf.subarray(0, 5).toString() === "%PDF-", "page.pdf is no PDF");
-  check(pagesOf(pdf) === 1, `page.pdf has ${pagesOf(pdf)} pages`);
+  check(pagesOf(pdf) === 1, `page.pdf has ${pagesOf(pdf)} pages instead of one sheet`);
   const results = JSON.parse(readFileSync(path.join(folder, "results.json"), "utf8"));
   const all = results.hands.flatMap((hand) => hand.trials);
   check(all.length === trials, `results.json has ${all.length} trials instead of ${trials}`);
@@ -208,5 +213,32 @@ test("a trial that is cancelled is kept, and does not count", async () => {
   const { attempts } = JSON.parse(readFileSync(path.join(folder, "session.json"), "utf8"));
   check(attempts.length === 2 && existsSync(path.join(folder, attempts[0].recording)), "the cancelled trial is not kept");
 });
+
+// Three minutes: only where it is asked for by name.
+if (process.argv.slice(3).includes(USUAL)) {
+  test(`the ${USUAL}: six trials of 8 s, every step looked at`, async () => {
+    const folder = path.join(scratch, "grips");
+    const server = Object.assign(await start("grip", "sim:econe?grip&seed=3", "--listen", "127.0.0.1:0", "--folder", folder), { folder });
+    const page = await open(server.url, { colorScheme: "light" });
+    const name = "usual";
+    await at(page, "setup", name);
+    await page.fill("#person", "P-05");
+    await click(page);
+    await at(page, "zero", name);
+    await go(page, click);
+    for (let count = 1; count <= 6; count += 1) {
+      await trial(page, click, name);
+      await go(page, click);
+      if (count === 2) await at(page, "rest", name);
+    }
+    await at(page, "done", name);
+    const kept = folderOf(server, "P-05");
+    checkResults(kept, 6);
+    const sheet = await open(`file://${kept}/page.html`, { viewport: { width: 794, height: 1123 }, colorScheme: "light" });
+    await sheet.emulateMedia({ media: "print" });
+    await look(sheet, `${name}-page`, true);
+    check((await server.stop()) === 0, `the program ends badly: ${server.said()}`);
+  });
+}
 
 await runAll();

@@ -18,6 +18,8 @@ use crate::units::three_digits;
 
 /// Parts of a hand, or contacts, that are told at most.
 const MOST_PARTS: usize = 7;
+/// How high pictures are, of the most.
+const HEIGHTS: [f64; 4] = [1.0, 0.85, 0.7, 0.6];
 
 /// What stands at the foot of the paper.
 pub(super) fn footer(results: &GripResults) -> &'static str {
@@ -28,12 +30,29 @@ pub(super) fn footer(results: &GripResults) -> &'static str {
     }
 }
 
-/// Everything on one page.
+/// Everything, on one sheet of A4 where pictures of some height leave room for it.
 pub(super) fn report(
     record: &GripRecord,
     results: &GripResults,
     hands: &[(Hand, Vec<MeasuredTrial>)],
     sensor: &Sensor,
+) -> Result<Report, Error> {
+    for height in HEIGHTS {
+        let report = of_height(record, results, hands, sensor, height)?;
+        if report.paper(footer(results))?.pages().len() == 1 {
+            return Ok(report);
+        }
+    }
+    // On several sheets nothing need be low.
+    of_height(record, results, hands, sensor, HEIGHTS[0])
+}
+
+fn of_height(
+    record: &GripRecord,
+    results: &GripResults,
+    hands: &[(Hand, Vec<MeasuredTrial>)],
+    sensor: &Sensor,
+    height: f64,
 ) -> Result<Report, Error> {
     let mut forces = Section {
         title: format!("Strength: {}", results.force),
@@ -42,7 +61,7 @@ pub(super) fn report(
     forces.paragraphs.extend(sides(results));
     forces.tables.push(summary(record, results));
     forces.tables.push(trial_table(results));
-    forces.figures = pictures::figures(hands, sensor, &results.force)?;
+    forces.figures = pictures::figures(hands, sensor, height)?;
     Ok(Report {
         title: format!("Grip strength of {}", record.person),
         about: about(record, sensor),
@@ -69,11 +88,18 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
         (
             "Protocol",
             format!(
-                "{}: {} trials a hand, {asked}, {} s each, {} s of rest",
-                protocol.name, protocol.trials, protocol.hold_secs, protocol.rest_secs
+                "{}: {} trial{} a hand, {asked}, {} s each, {} s of rest",
+                protocol.name,
+                protocol.trials,
+                if protocol.trials == 1 { "" } else { "s" },
+                protocol.hold_secs,
+                protocol.rest_secs
             ),
         ),
-        ("Sensor", record.sensor.clone()),
+        (
+            "Sensor",
+            format!("{}, by {}", record.sensor, record.program),
+        ),
         (
             "Calibration",
             calibration_history(sensor, Some(began))
@@ -95,7 +121,6 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
     if !record.note.is_empty() {
         about.push(("Note", record.note.clone()));
     }
-    about.push(("Program", record.program.clone()));
     about
         .into_iter()
         .map(|(what, said)| (what.to_owned(), said))
@@ -104,7 +129,9 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
 
 /// What was taken off as the zero, how often, and how far it drifted.
 fn zeros(record: &GripRecord) -> Option<String> {
-    let zeros = &record.zeros_newtons;
+    // As they are shown; what is nothing then has no sign.
+    let shown = |newtons: &f64| (100.0 * newtons).round() / 100.0 + 0.0;
+    let zeros: Vec<f64> = record.zeros_newtons.iter().map(shown).collect();
     let [first, .., last] = zeros[..] else {
         let only = zeros.first()?;
         return Some(format!("taken once, {only:.2} N off"));
@@ -189,7 +216,7 @@ fn sides(results: &GripResults) -> Option<String> {
 
 fn trial_table(results: &GripResults) -> Table {
     let mut table = Table::new(
-        "CV: coefficient of variation over the plateau; slope: change over it; rate: from 10 to 90 % of the largest force",
+        "Every trial. CV and slope are of the plateau, rate is from 10 to 90 % of the largest force",
         &[
             "hand",
             "trial",
@@ -246,15 +273,16 @@ fn shares(hand: &HandResult) -> String {
 fn reading(results: &GripResults) -> Section {
     let mut section = Section::default();
     let force = if results.force == "grip force" {
-        "Grip force is what an instrumented split cylinder shows in the direction in which it shows most; the total normal force is the sum around the handle."
+        "Grip force is what a split cylinder shows in its strongest direction; total normal force is the sum around the handle."
     } else {
         "The sensor file tells no handle: forces are sums of what presses on the sensor, which no dynamometer shows."
     };
     section.paragraphs.push(format!(
-        "{force} Not a medical device: norms of other instruments do not hold for this one."
+        "{force} Norms of other instruments do not hold for this one. Not a medical device."
     ));
     // What all trials share is said once, so that the sheet stays one.
     let mut said: Vec<&String> = Vec::new();
+    let mut doubtful = String::new();
     for doubt in results
         .hands
         .iter()
@@ -263,21 +291,21 @@ fn reading(results: &GripResults) -> Section {
     {
         if !said.contains(&doubt) {
             said.push(doubt);
-            let trials = trials_with(results, doubt);
-            section
-                .paragraphs
-                .push(format!("Doubtful: {trials}: {doubt}."));
+            doubtful += &format!(" {}: {doubt}.", trials_with(results, doubt));
         }
+    }
+    if !doubtful.is_empty() {
+        section.paragraphs.push(format!("Doubtful.{doubtful}"));
     }
     section
 }
 
-/// The trials that a doubt is about: `all trials`, or hands and numbers.
+/// The trials that a doubt is about: `All trials`, or hands and numbers.
 fn trials_with(results: &GripResults, doubt: &String) -> String {
     let has = |trial: &&TrialResult| trial.doubts.contains(doubt);
     let mut trials = results.hands.iter().flat_map(|hand| &hand.trials);
     if trials.all(|trial| has(&trial)) {
-        return "all trials".to_owned();
+        return "All trials".to_owned();
     }
     let of_hand = |hand: &HandResult| {
         let numbers: Vec<String> = hand

@@ -13,32 +13,34 @@ use crate::error::Error;
 const POINTS: usize = 600;
 /// Curves begin so long before the grip, and end so long after it, seconds.
 const AROUND_SECS: f64 = 0.5;
-/// Sizes of plots, points.
+/// What a square map is not made lower than, of the most.
+const LEAST_MAP: f64 = 0.7;
+/// Sizes of plots, points; heights are the most.
 const CURVES: (f64, f64) = (250.0, 85.0);
 const PATHS: (f64, f64) = (120.0, 85.0);
 const MAP: (f64, f64) = (195.0, 100.0);
 
-/// Forces over time, paths of the centre, and the pressure of each hand's best trial.
+/// Forces over time, paths of the centre, and the pressure of each hand's best trial; `height` is that share of the most.
 pub(super) fn figures(
     hands: &[(Hand, Vec<MeasuredTrial>)],
     sensor: &Sensor,
-    force: &str,
+    height: f64,
 ) -> Result<Vec<Figure>, Error> {
     let mut figures = vec![Figure {
-        caption: format!("Every trial's {force}. Right hand: blue, solid; left: orange, dashed."),
-        picture: curves(hands, force)?,
+        caption: "Every trial. Right hand: blue, solid; left: orange, dashed.".to_owned(),
+        picture: curves(hands, height)?,
     }];
     let best: Vec<(Hand, &MeasuredTrial)> = hands
         .iter()
         .filter_map(|(hand, trials)| Some((*hand, best(trials)?)))
         .collect();
-    if let Some(picture) = paths(&best)? {
+    if let Some(picture) = paths(&best, height)? {
         figures.push(Figure {
-            caption: "Centre of pressure: best trials' plateaus.".to_owned(),
+            caption: "Centre of pressure in the best trials.".to_owned(),
             picture,
         });
     }
-    figures.extend(maps(&best, sensor)?);
+    figures.extend(maps(&best, sensor, height)?);
     Ok(figures)
 }
 
@@ -58,7 +60,7 @@ fn look(hand: Hand) -> (usize, LineStyle) {
     }
 }
 
-fn curves(hands: &[(Hand, Vec<MeasuredTrial>)], force: &str) -> Result<Picture, Error> {
+fn curves(hands: &[(Hand, Vec<MeasuredTrial>)], height: f64) -> Result<Picture, Error> {
     let mut lines = Vec::new();
     for (hand, trials) in hands {
         let (colour, style) = look(*hand);
@@ -73,12 +75,12 @@ fn curves(hands: &[(Hand, Vec<MeasuredTrial>)], force: &str) -> Result<Picture, 
         }
     }
     let series = Series::new("time (s)", Vec::new(), lines)?;
-    let series = series.quantity(force).unit("N").size(CURVES.0, CURVES.1);
-    Ok(series.picture()?)
+    let series = series.quantity("force").unit("N");
+    Ok(series.size(CURVES.0, height * CURVES.1).picture()?)
 }
 
 /// Paths of the centre about their means; none where there are none.
-fn paths(best: &[(Hand, &MeasuredTrial)]) -> Result<Option<Picture>, Error> {
+fn paths(best: &[(Hand, &MeasuredTrial)], height: f64) -> Result<Option<Picture>, Error> {
     let about_mean = |values: &[f64]| -> Vec<f64> {
         let middle = taxel::stats::mean(values.iter().copied()).unwrap_or(0.0);
         values.iter().map(|value| value - middle).collect()
@@ -93,13 +95,26 @@ fn paths(best: &[(Hand, &MeasuredTrial)]) -> Result<Option<Picture>, Error> {
     if lines.is_empty() {
         return Ok(None);
     }
-    let series = Series::new("across columns (mm)", Vec::new(), lines)?;
-    let series = series.quantity("across rows").unit("mm");
-    Ok(Some(series.size(PATHS.0, PATHS.1).picture()?))
+    let series = Series::new("columns (mm)", Vec::new(), lines)?;
+    let series = series.quantity("rows").unit("mm");
+    Ok(Some(series.size(PATHS.0, height * PATHS.1).picture()?))
+}
+
+/// A wide map that is lower has its colours beneath it, and takes no less room.
+fn map_height(map: &Frame<Newtons>, height: f64) -> f64 {
+    if map.columns() > map.rows() {
+        MAP.1
+    } else {
+        height.max(LEAST_MAP) * MAP.1
+    }
 }
 
 /// Mean pressure over the plateau, both hands in the same colours; what is below 0 is noise, and drawn as nothing.
-fn maps(best: &[(Hand, &MeasuredTrial)], sensor: &Sensor) -> Result<Vec<Figure>, Error> {
+fn maps(
+    best: &[(Hand, &MeasuredTrial)],
+    sensor: &Sensor,
+    height: f64,
+) -> Result<Vec<Figure>, Error> {
     let pressure = |map: &Frame<Newtons>| -> Vec<f64> {
         let newtons = map.values().iter().enumerate();
         newtons
@@ -127,7 +142,7 @@ fn maps(best: &[(Hand, &MeasuredTrial)], sensor: &Sensor) -> Result<Vec<Figure>,
                 .quantity("pressure")
                 .unit("kPa")
                 .range(0.0, highest)
-                .within(MAP.0, MAP.1);
+                .within(MAP.0, map_height(map, height));
             let panel = panel.pitch_mm(sensor.array().pitch_mm);
             let panel = match sensor.positions() {
                 Some(positions) => panel.positions_mm(positions)?,
@@ -135,7 +150,7 @@ fn maps(best: &[(Hand, &MeasuredTrial)], sensor: &Sensor) -> Result<Vec<Figure>,
             };
             Ok(Figure {
                 caption: format!(
-                    "Mean pressure over the plateau: {} hand, trial {number}, its best.",
+                    "Mean pressure over the plateau: {} hand, trial {number}.",
                     hand.word()
                 ),
                 picture: panel.picture()?,

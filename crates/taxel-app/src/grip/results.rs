@@ -144,23 +144,7 @@ pub(super) fn write(
             hands.push((hand, trials));
         }
     }
-    let results = GripResults {
-        version: 1,
-        person: record.person.clone(),
-        began_secs: record.began_secs,
-        sensor: record.sensor.clone(),
-        force: force_of(sensor).to_owned(),
-        intervals: match sensor.uncertainty() {
-            Some(_) => "noise and calibration",
-            None => NOISE_ALONE,
-        }
-        .to_owned(),
-        is_simulated: record.simulated_seed.is_some(),
-        hands: hands
-            .iter()
-            .map(|(hand, trials)| of_hand(*hand, trials))
-            .collect(),
-    };
+    let results = results_of(record, sensor, &hands);
     let report = page::report(record, &results, &hands, sensor)?;
     let json = serde_json::to_string_pretty(&results).expect("plain data is JSON");
     let mut files = vec![
@@ -178,6 +162,30 @@ pub(super) fn write(
         AtomicFile::write_whole(folder.join(name), bytes)?;
     }
     Ok(files.into_iter().map(|(name, _)| name.to_owned()).collect())
+}
+
+fn results_of(
+    record: &GripRecord,
+    sensor: &Sensor,
+    hands: &[(Hand, Vec<MeasuredTrial>)],
+) -> GripResults {
+    GripResults {
+        version: 1,
+        person: record.person.clone(),
+        began_secs: record.began_secs,
+        sensor: record.sensor.clone(),
+        force: force_of(sensor).to_owned(),
+        intervals: match sensor.uncertainty() {
+            Some(_) => "noise and calibration",
+            None => NOISE_ALONE,
+        }
+        .to_owned(),
+        is_simulated: record.simulated_seed.is_some(),
+        hands: hands
+            .iter()
+            .map(|(hand, trials)| of_hand(*hand, trials))
+            .collect(),
+    }
 }
 
 /// What forces are spoken of.
@@ -203,5 +211,88 @@ fn of_hand(hand: Hand, measured: &[MeasuredTrial]) -> HandResult {
         mean: Force::mean(&forces),
         spread_newtons: taxel::stats::standard_deviation(&newtons).filter(|_| newtons.len() > 1),
         trials,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::UNIX_EPOCH;
+
+    use super::*;
+    use crate::grip::protocol::Protocol;
+
+    fn force(newtons: f64) -> Force {
+        Force {
+            newtons,
+            half_width_95_newtons: Some(3.2),
+        }
+    }
+
+    fn trial(number: usize, sensor: &Sensor, doubts: &[&str]) -> MeasuredTrial {
+        let secs: Vec<f64> = (0..900).map(|at| 0.01 * f64::from(at) - 0.5).collect();
+        let newtons = secs.iter().map(|secs| 80.0 + secs.sin()).collect();
+        let parts = ["palm", "thumb", "index", "middle", "ring", "little"];
+        MeasuredTrial {
+            result: TrialResult {
+                number,
+                recording: format!("right-{number}.mcap"),
+                max: force(85.0 + number as f64),
+                total: force(240.0),
+                plateau: Some(force(83.1)),
+                variation_percent: Some(1.72),
+                slope_percent_per_s: Some(-0.964),
+                time_to_peak_s: 0.68,
+                rate_n_per_s: Some(258.0),
+                impulse_n_s: 660.0,
+                peak_kpa: 160.0,
+                area_mm2: 4620.0,
+                centre_path_mm: Some(12.0),
+                shares: parts.map(|part| (part.to_owned(), 0.16)).into(),
+                doubts: doubts.iter().map(|&doubt| doubt.to_owned()).collect(),
+                true_max_newtons: None,
+            },
+            held_secs: 8.0,
+            path: (newtons_of(&secs, 3.0), newtons_of(&secs, 5.0)),
+            curve: (secs, newtons),
+            map: Some(taxel::Frame::zeros(sensor.rows(), sensor.columns())),
+        }
+    }
+
+    fn newtons_of(secs: &[f64], factor: f64) -> Vec<f64> {
+        secs.iter().map(|secs| (factor * secs).sin()).collect()
+    }
+
+    /// The usual session, with a note and doubts; a longer one; and one of as many trials as there may be, which loses none for that.
+    #[test]
+    fn the_page_is_one_sheet() {
+        let doubts = [
+            "held for 71 % of the time that was asked for",
+            "something was left on the sensor after letting go",
+        ];
+        for (name, count, doubts, sheets) in [
+            ("econe", 3, &doubts[..], 1),
+            ("mat-16x16-cd4067", 3, &doubts[..1], 1),
+            ("econe", 4, &[], 1),
+            ("econe", 20, &doubts, 2),
+        ] {
+            let sensor = taxel::sensor::preset(name).unwrap();
+            let mut record = GripRecord::new("P01", name, &Protocol::default(), UNIX_EPOCH);
+            record.note = "left wrist in a splint, after the second week".to_owned();
+            record.zeros_newtons = vec![-0.001, 0.2];
+            record.simulated_seed = Some(3);
+            let trials = || {
+                (1..=count)
+                    .map(|number| trial(number, &sensor, doubts))
+                    .collect()
+            };
+            let hands = [(Hand::Right, trials()), (Hand::Left, trials())];
+            let results = results_of(&record, &sensor, &hands);
+            let report = page::report(&record, &results, &hands, &sensor).unwrap();
+            let paper = report.paper(page::footer(&results)).unwrap();
+            assert_eq!(paper.pages().len(), sheets, "{name}, {count} trials a hand");
+            let html = report.html();
+            assert!(html.contains("0.00 N off at first, 0.20 N") && !html.contains("-0.00"));
+            assert_eq!(html.matches(">right<").count(), count + 1);
+        }
     }
 }
