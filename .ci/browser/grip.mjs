@@ -234,8 +234,10 @@ if (process.argv.slice(3).includes(USUAL)) {
     await at(page, "done", name);
     const kept = folderOf(server, "P-05");
     checkResults(kept, 6);
-    const sheet = await open(`file://${kept}/page.html`, { viewport: { width: 794, height: 1123 }, colorScheme: "light" });
+    const sheet = await open(`file://${kept}/page.html`, { viewport: { width: 885, height: 1123 }, colorScheme: "light" });
     await sheet.emulateMedia({ media: "print" });
+    // The margins of the paper, which a screen has none of.
+    await sheet.addStyleTag({ content: "body { margin: 14mm 12mm }" });
     await look(sheet, `${name}-page`, true);
     check((await server.stop()) === 0, `the program ends badly: ${server.said()}`);
   });

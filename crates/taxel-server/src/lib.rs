@@ -32,8 +32,8 @@ pub use messages::{
     DeviceState, DeviceStatus, Event, ExportedFacts, FigureDetails, FileFacts, GripHand,
     GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial, HandleFacts, HeldOutError,
     Hello, Latency, MarkMeaning, Message, PROTOCOL, Player, RecordingStatus, Refused, RegionFacts,
-    Reply, SeenPress, SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, State,
-    TakenPress, TareStatus, TaxelDetails, mark_meanings,
+    RegionWindow, Reply, SeenPress, SensorFacts, Severity, Slider, SliderKind, SourceFacts,
+    SourceKind, State, TakenPress, TareStatus, TaxelDetails, mark_meanings,
 };
 
 /// Whether a text is a request that a viewer may make. For the fuzz targets.

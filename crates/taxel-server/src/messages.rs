@@ -13,8 +13,8 @@ pub use calibration::{
 };
 pub use grip::{GripHand, GripMeasured, GripPhase, GripProtocol, GripSession, GripTrial};
 pub use hello::{
-    ExportedFacts, FileFacts, HandleFacts, Hello, MarkMeaning, RegionFacts, SensorFacts, Severity,
-    Slider, SliderKind, SourceFacts, SourceKind, mark_meanings,
+    ExportedFacts, FileFacts, HandleFacts, Hello, MarkMeaning, RegionFacts, RegionWindow,
+    SensorFacts, Severity, Slider, SliderKind, SourceFacts, SourceKind, mark_meanings,
 };
 pub use state::{
     BadLines, DeviceState, DeviceStatus, Latency, Player, RecordingStatus, State, TareStatus,

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { beforeEach, test } from "node:test";
 
 import { FrameBuffer } from "../web/js/buffer.js";
-import { boxesOf, nameProblem, outlinesOf, taxelsOf } from "../web/js/regions.js";
+import { boxesOf, nameProblem, outlinesOf, placeAt, taxelsOf } from "../web/js/regions.js";
 import { MAX_REGIONS, Selection, titleOf } from "../web/js/selection.js";
 import * as messages from "../testdata/messages.js";
 
@@ -75,8 +75,25 @@ test("regions of the sensor are there with their names, as many as there is room
   assert.deepEqual([thumb.name, thumb.taxels], ["thumb", [1, 2, 4, 5]]);
   assert.equal(thumb.outlines.length, 1);
   selection.clear();
-  const many = Array.from({ length: 30 }, (_, i) => ({ name: `part ${i}`, boxes: [[0, 0, 0, 0]] }));
+  const many = Array.from({ length: 30 }, (_, i) => ({ name: `part ${i}`, boxes: [[0, 0, 0, 0]], windows: [] }));
   assert.equal(selection.addKnown(many, context), 30 - MAX_REGIONS);
   assert.equal(selection.regions.length, MAX_REGIONS);
   assert.equal(selection.addRegion("rectangle", square(0, 0, 2), context), "full");
+});
+
+test("a region that moves is where the frame has it, measured there, and nowhere in frames that it is not said of", () => {
+  const { sensor } = messages.hello;
+  const buffer = new FrameBuffer(sensor.rows, sensor.columns);
+  selection.addKnown(sensor.regions, { sensor, buffer });
+  const moving = selection.regions[1];
+  assert.deepEqual([moving.name, moving.shape], ["index", "of a file, moving"]);
+  const loads = new Float32Array([5, 0, 0, 7, 0, 0]);
+  for (const [sequence, taxels, force] of [[0, [0], 5], [9, [0], 5], [10, [], NaN], [20, [3], 7], [30, [], NaN]]) {
+    assert.deepEqual(placeAt(moving, sequence).taxels, taxels);
+    selection.takeFrame({ sequence, compensated: loads, area: 3, host: sequence }, sensor);
+    assert.deepEqual(moving.series.columns.force[moving.series.end - 1], force);
+  }
+  assert.equal(placeAt(moving, 10).outlines.length, 0);
+  // One that lies still is the same in all.
+  assert.equal(placeAt(selection.regions[0], 10), selection.regions[0]);
 });

@@ -72,7 +72,7 @@ test("the same sensor again keeps pins and the picked taxel; another one does no
   session.takeText(messages.hello);
   assert.equal(selection.pins.length, 1);
   // That of the sensor, once.
-  assert.deepEqual(selection.regions.map(({ name }) => name), ["thumb"]);
+  assert.deepEqual(selection.regions.map(({ name }) => name), ["thumb", "index"]);
   assert.deepEqual(view.now.picked, { row: 1, column: 2 });
   assert.equal(history.buffer.length, 0);
   session.takeText(messages.helloOfFile);

@@ -46,6 +46,8 @@ declare namespace Wire {
     name: string;
     /** First row, last row, first column, last column, ends included; none goes across a seam. */
     boxes: [number, number, number, number][];
+    /** Where it lies in which frames of a recording, the first and the last of them; none where it lies still in all. */
+    windows: { frames: [number, number]; boxes: [number, number, number, number][] }[];
   }
 
   interface ExportedFacts {

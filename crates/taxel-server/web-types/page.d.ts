@@ -93,6 +93,16 @@ declare namespace Page {
     shape: string;
     /** Closed lines around it. */
     outlines: Corner[][];
+    /** Where it lies in which frames, the first and the last of them; none where it lies still in all. */
+    windows: RegionWindow[];
+  }
+  interface RegionWindow extends Place {
+    frames: [number, number];
+  }
+  /** Where something lies. */
+  interface Place {
+    taxels: number[];
+    outlines: Corner[][];
   }
   type Item = Pin | Region;
 

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::{Exit, interrupt, out, recorded};
 use taxel_app::calibration_age::calibration_history;
 use taxel_app::exported::exported_words;
-use taxel_app::measure::regions_of_file;
+use taxel_app::measure::{recording_regions_of_file, regions_of_file};
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{FrameObserver, RecordTopics, Session, SessionOptions};
@@ -99,6 +99,10 @@ pub(crate) fn run_view(args: &ViewArgs) -> Result<Exit, Error> {
         );
     };
     let (address, second) = (played(&args.recording), played(beside));
+    if let Some(file) = &args.shown.regions {
+        // Regions that move are of one recording.
+        regions_of_file(file, &sensor_of(&address, &args.shown)?)?;
+    }
     let sensors = [&address, &second].map(|address| sensor_of(address, &args.shown));
     let [first, other] = sensors;
     can_be_beside(&args.recording, &first?, beside, &other?)?;
@@ -208,7 +212,10 @@ fn options(address: &Address, shown: &Shown) -> Result<SessionOptions, Error> {
     interrupt::listen();
     let regions = shown.regions.as_ref();
     let regions = regions
-        .map(|file| regions_of_file(file, &sensor))
+        .map(|file| match address {
+            Address::File { .. } => recording_regions_of_file(file, &sensor),
+            _ => regions_of_file(file, &sensor),
+        })
         .transpose()?;
     let mut options = SessionOptions::new(address.clone(), sensor, sensor_file);
     options.regions = regions;

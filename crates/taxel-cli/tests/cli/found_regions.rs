@@ -3,6 +3,7 @@
 use taxel::frame::newtons_from_grams;
 use taxel::simulate::Pattern;
 
+use crate::live::{Running, told, view};
 use crate::run::Folder;
 
 /// Two grips in two places, each sliding: through the circuit and its noise all fingers keep their names and forces.
@@ -46,19 +47,49 @@ fn a_hand_that_moves_keeps_its_fingers_and_its_file_can_be_changed() {
         folder.good("measure hand.txt --sensor econe --frames-per-second 100 --no-intervals --regions r.toml -o g.csv");
         assert_eq!(folder.column("g.csv", "small_finger_n"), found[3]);
         // Where nothing is known of frames there is nothing that moves.
-        let run = folder.taxel("view hand.txt --sensor econe --regions r.toml");
-        assert!(
-            run.code != Some(0)
-                && run
-                    .err
-                    .contains("regions that move belong to one recording"),
-            "{run}"
-        );
+        for elsewhere in [
+            "live sim:econe --regions r.toml",
+            "view hand.txt --beside hand.txt --sensor econe --regions r.toml",
+        ] {
+            let run = folder.taxel(elsewhere);
+            assert!(
+                run.code == Some(1)
+                    && run
+                        .err
+                        .contains("regions that move belong to one recording"),
+                "{run}"
+            );
+        }
+        are_shown_where_they_are(&folder);
     }
     assert!(
         right as f64 >= 0.95 * f64::from(frames),
         "{right} of {frames}"
     );
+}
+
+/// The page is told where each region of the file lies in which frames.
+fn are_shown_where_they_are(folder: &Folder) {
+    let view_words =
+        "view hand.txt --sensor econe --regions r.toml --listen 127.0.0.1:0 --token abcdefgh";
+    let mut running = Running::start(folder, view_words);
+    let hello = told(&mut view(&running.url()), "hello");
+    let regions = hello["sensor"]["regions"].as_array().unwrap();
+    let small = regions
+        .iter()
+        .find(|region| region["name"] == "small finger")
+        .unwrap();
+    let windows = small["windows"].as_array().unwrap();
+    let text = folder.read("r.toml");
+    assert_eq!(windows.len(), text.matches("\"small finger\"").count());
+    for window in windows {
+        let [first, last] = [&window["frames"][0], &window["frames"][1]];
+        assert!(
+            text.contains(&format!("frames = [{first}, {last}]")),
+            "{window}"
+        );
+        assert!(!window["boxes"].as_array().unwrap().is_empty());
+    }
 }
 
 #[test]

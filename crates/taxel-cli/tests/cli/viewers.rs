@@ -52,12 +52,12 @@ fn viewers_are_told_of_named_regions_from_the_start() {
     };
     assert_eq!(
         told_of(&format!("live {SIM}")),
-        serde_json::json!([{ "name": "thumb", "boxes": [[0, 0, 0, 3], [1, 1, 0, 2], [2, 2, 0, 1], [3, 3, 0, 0]] }])
+        serde_json::json!([{ "name": "thumb", "boxes": [[0, 0, 0, 3], [1, 1, 0, 2], [2, 2, 0, 1], [3, 3, 0, 0]], "windows": [] }])
     );
     folder.good("simulate --sensor sensor.toml --pattern uniform --frames 3 -o run.txt");
     assert_eq!(
         told_of("view run.txt --sensor sensor.toml --regions r.toml"),
-        serde_json::json!([{ "name": "Far half", "boxes": [[0, 1, 3, 5], [2, 2, 0, 5], [3, 3, 3, 5]] }])
+        serde_json::json!([{ "name": "Far half", "boxes": [[0, 1, 3, 5], [2, 2, 0, 5], [3, 3, 3, 5]], "windows": [] }])
     );
     folder.write(
         "r.toml",

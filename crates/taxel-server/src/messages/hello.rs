@@ -89,16 +89,35 @@ pub struct SensorFacts {
 pub struct RegionFacts {
     /// What people call it.
     pub name: String,
-    /// Boxes that hold its taxels and no others: first row, last row, first column, last column, ends included.
+    /// Boxes that hold its taxels and no others: first row, last row, first column, last column, ends included. Of one that moves
+    /// over a recording, those of all frames together.
+    pub boxes: Vec<[usize; 4]>,
+    /// Where it lies in which frames; none where it lies still in all.
+    pub windows: Vec<RegionWindow>,
+}
+
+/// Where a region lies in some frames of a recording.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct RegionWindow {
+    /// The first and the last of them, from 0.
+    pub frames: [u64; 2],
+    /// Boxes as of the region.
     pub boxes: Vec<[usize; 4]>,
 }
 
 impl RegionFacts {
     /// What is told of a region of an array with so many columns.
     pub fn new(region: &Region, columns: usize) -> Self {
-        let RegionSpec { name, boxes, .. } =
-            RegionSpec::of_taxels(region.name(), region.taxels(), columns);
-        Self { name, boxes }
+        let boxes = |taxels: &[usize]| RegionSpec::of_taxels("", taxels, columns).boxes;
+        let window = |(frames, taxels): ([u64; 2], &[usize])| RegionWindow {
+            frames,
+            boxes: boxes(taxels),
+        };
+        Self {
+            name: region.name().to_owned(),
+            boxes: boxes(region.taxels()),
+            windows: region.windows().map(window).collect(),
+        }
     }
 }
 

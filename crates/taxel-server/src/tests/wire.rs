@@ -55,10 +55,27 @@ fn hello() -> Hello {
         bits: 16,
         max_count: 65535.0,
         has_load_law: true,
-        regions: vec![RegionFacts {
-            name: "thumb".to_owned(),
-            boxes: vec![[0, 1, 1, 2]],
-        }],
+        regions: vec![
+            RegionFacts {
+                name: "thumb".to_owned(),
+                boxes: vec![[0, 1, 1, 2]],
+                windows: Vec::new(),
+            },
+            RegionFacts {
+                name: "index".to_owned(),
+                boxes: vec![[0, 1, 0, 0]],
+                windows: vec![
+                    RegionWindow {
+                        frames: [0, 9],
+                        boxes: vec![[0, 0, 0, 0]],
+                    },
+                    RegionWindow {
+                        frames: [20, 29],
+                        boxes: vec![[1, 1, 0, 0]],
+                    },
+                ],
+            },
+        ],
         calibration: Some("calibrated 2026-11-10 (12 days ago); not checked since".to_owned()),
         ..SensorFacts::new("a \"mat\" \u{2013} 2 × 3", 2, 3)
     };

@@ -2,7 +2,7 @@
 
 import { evened } from "./areas.js";
 import { MARGIN } from "./furniture.js";
-import { boxesOf } from "./regions.js";
+import { boxesOf, taxelsAt } from "./regions.js";
 import { measure, slotThreshold } from "./selection.js";
 import { slotValue } from "./buffer.js";
 import { loadFactor, forceUnit, pressureUnit, fixed, decimalsFor, clockText } from "./units.js";
@@ -134,11 +134,21 @@ export async function saveTable(source) {
 export async function saveRegions(source) {
   const both = shownOf(source);
   const { columns } = both.sensor;
-  const tables = source.selection.regions.map(({ name, taxels }) => {
-    const boxes = boxesOf(taxels, columns).map((box) => `[${box.join(", ")}]`);
-    return `[[region]]\nname = ${JSON.stringify(name)}\nboxes = [${boxes.join(", ")}]\n`;
+  const tables = source.selection.regions.flatMap(({ name, taxels, windows }) => {
+    if (windows.length === 0) return [regionTable(name, taxels, columns)];
+    return windows.map((window) => `${regionTable(name, window.taxels, columns)}frames = [${window.frames.join(", ")}]\n`);
   });
   return save(new Blob([tables.join("\n")], { type: "application/toml" }), fileName(both, "regions", "toml"));
+}
+
+/**
+ * @param {string} name
+ * @param {number[]} taxels
+ * @param {number} columns
+ */
+function regionTable(name, taxels, columns) {
+  const boxes = boxesOf(taxels, columns).map((box) => `[${box.join(", ")}]`);
+  return `[[region]]\nname = ${JSON.stringify(name)}\nboxes = [${boxes.join(", ")}]\n`;
 }
 
 /**
@@ -179,7 +189,7 @@ function selectionTable({ view, history, selection }, { sensor }) {
       const name = `${item.label} row ${item.row} column ${item.column}`;
       head.push(`${name} load (${force.key})`, `${name} raw load (${force.key})`, `${name} counts`);
     } else {
-      const name = `${item.name} ${item.shape} ${item.taxels.length} taxels`;
+      const name = item.windows.length > 0 ? `${item.name} ${item.shape}` : `${item.name} ${item.shape} ${item.taxels.length} taxels`;
       head.push(...[`force (${force.key})`, `peak (${pressure.key})`, `mean (${pressure.key})`, "area (mm2)"].map((what) => quoted(`${name} ${what}`)));
     }
   }
@@ -191,12 +201,13 @@ function selectionTable({ view, history, selection }, { sensor }) {
     const cells = [slot.host.toFixed(6), Number.isFinite(slot.device) ? slot.device.toFixed(6) : "", slot.sequence];
     if (selection.regions.length > 0 && !(slot.threshold >= 0)) slot.threshold = slotThreshold(slot, sensor);
     for (const item of selection.items) {
-      for (const taxel of item.taxels) values[taxel] = slotValue(slot.compensated[taxel], slot.compensatedRange);
+      const taxels = taxelsAt(item, slot.sequence);
+      for (const taxel of taxels) values[taxel] = slotValue(slot.compensated[taxel], slot.compensatedRange);
       const at = item.taxels[0];
       if (item.letter === "P") {
         cells.push(cell(values[at] * force.factor), cell(slotValue(slot.raw[at], slot.rawRange) * force.factor), slot.counts[at]);
       } else {
-        measure(item.taxels, values, slot.threshold, sensor, numbers);
+        measure(taxels, values, slot.threshold, sensor, numbers);
         cells.push(cell(numbers.force * force.factor), cell(numbers.peak * perTaxel), cell(numbers.mean * perTaxel), cell(numbers.area));
       }
     }

@@ -5,7 +5,7 @@ import { layoutOf } from "./places.js";
 import { TimeChart, longestStep } from "./timechart.js";
 import { slotValue } from "./buffer.js";
 import { DETAILS_VALID_MS } from "./figures.js";
-import { MAX_NAME } from "./regions.js";
+import { MAX_NAME, taxelsAt } from "./regions.js";
 import { contactThreshold, measure } from "./selection.js";
 import { byId, inside, onClick, write } from "./dom.js";
 import { theme } from "./theme.js";
@@ -202,8 +202,12 @@ export class Panel {
     for (const item of items) {
       const row = this.rows.get(item) || this.makeRow(item);
       this.rows.set(item, row);
-      measure(item.taxels, frame.compensated, threshold, sensor, numbers);
-      if (item.letter === "P") {
+      const taxels = taxelsAt(item, frame.sequence);
+      measure(taxels, frame.compensated, threshold, sensor, numbers);
+      if (taxels.length === 0) {
+        row.force.textContent = "–";
+        row.more.textContent = `${row.what}: nowhere in this frame`;
+      } else if (item.letter === "P") {
         row.force.textContent = `${fixed(numbers.force * force.factor, decimals)} ${force.text}`;
         const raw = frame.raw[item.taxels[0]];
         row.more.textContent = `raw ${fixed(raw * force.factor, decimals)} ${force.text}`;
@@ -221,7 +225,7 @@ export class Panel {
     const swatch = inside(element, ".swatch");
     swatch.style.background = item.colour;
     swatch.textContent = item.label;
-    const what = item.letter === "P" ? `row ${item.row}, col ${item.column}` : `${item.shape}, ${item.taxels.length} taxels`;
+    const what = item.letter === "P" ? `row ${item.row}, col ${item.column}` : whatOf(item);
     const remove = inside(element, ".remove");
     const nameRemove = () => remove.setAttribute("aria-label", `Remove ${item.label}, ${item.letter === "P" || item.name === item.label ? what : item.name}`);
     nameRemove();
@@ -340,3 +344,9 @@ function ofFrame(frame, at) {
 
 /** @param {number} value */
 const orNull = (value) => (value === value ? value : null);
+
+/**
+ * How a region came about; one that moves has more taxels in one frame than in another.
+ * @param {Page.Region} region
+ */
+const whatOf = ({ shape, windows, taxels }) => (windows.length > 0 ? shape : `${shape}, ${taxels.length} taxels`);

@@ -74,6 +74,27 @@ export function taxelsOf(boxes, columns) {
   return taxels;
 }
 
+/** Of a region in frames that it is not said of. @type {Page.Place} */
+const NOWHERE = { taxels: [], outlines: [] };
+
+/**
+ * Where a region lies in a frame.
+ * @param {Page.Region} region
+ * @param {number} sequence the frame's place in its recording
+ * @returns {Page.Place}
+ */
+export function placeAt(region, sequence) {
+  if (region.windows.length === 0) return region;
+  return region.windows.find(({ frames: [first, last] }) => first <= sequence && sequence <= last) ?? NOWHERE;
+}
+
+/**
+ * The taxels of a pin or region in a frame.
+ * @param {Page.Item} item
+ * @param {number} sequence
+ */
+export const taxelsAt = (item, sequence) => (item.letter === "R" ? placeAt(item, sequence).taxels : item.taxels);
+
 /**
  * The closed lines around taxels, in cells of their map; where taxels lie at places of their own, a square around each.
  * @param {number[]} taxels

@@ -5,7 +5,7 @@ import { SELECTION_COLOURS } from "./colour.js";
 import { slotValue } from "./buffer.js";
 import { cellArea, evening, taxelArea } from "./areas.js";
 import { layoutOf } from "./places.js";
-import { nameProblem, outlinesOf, taxelsOf } from "./regions.js";
+import { nameProblem, outlinesOf, taxelsAt, taxelsOf } from "./regions.js";
 
 export const MAX_PINS = 8;
 export const MAX_REGIONS = 24;
@@ -67,8 +67,8 @@ export class Selection {
       return "removed";
     }
     if (this.pins.length >= MAX_PINS) return "full";
-    const facts = makeItem(this.pins, SELECTION_COLOURS, "P", [row * context.sensor.columns + column], context);
-    this.pins.push({ letter: "P", row, column, ...facts });
+    const facts = makeItem(this.pins, SELECTION_COLOURS, "P", [row * context.sensor.columns + column]);
+    this.pins.push(withPast({ letter: "P", row, column, ...facts }, context));
     this.announce();
     return "pinned";
   }
@@ -83,7 +83,7 @@ export class Selection {
     const taxels = inside(corners, context.sensor);
     if (taxels.length === 0) return "empty";
     if (this.regions.length >= MAX_REGIONS) return "full";
-    this.pushRegion("", shape, [corners], taxels, context);
+    this.pushRegion("", shape, { taxels, outlines: [corners], windows: [] }, context);
     this.announce();
     return "added";
   }
@@ -96,9 +96,14 @@ export class Selection {
   addKnown(known, context) {
     const { sensor } = context;
     const room = known.slice(0, MAX_REGIONS - this.regions.length);
-    for (const { name, boxes } of room) {
+    /** @param {number[][]} boxes */
+    const placeOf = (boxes) => {
       const taxels = taxelsOf(boxes, sensor.columns);
-      this.pushRegion(name, "of a file", outlinesOf(taxels, sensor), taxels, context);
+      return { taxels, outlines: outlinesOf(taxels, sensor) };
+    };
+    for (const { name, boxes, windows } of room) {
+      const places = windows.map((window) => ({ frames: window.frames, ...placeOf(window.boxes) }));
+      this.pushRegion(name, windows.length > 0 ? "of a file, moving" : "of a file", { ...placeOf(boxes), windows: places }, context);
     }
     if (room.length > 0) this.announce();
     return known.length - room.length;
@@ -107,17 +112,16 @@ export class Selection {
   /**
    * @param {string} name none: as its label, or as the first that is free
    * @param {string} shape
-   * @param {Page.Corner[][]} outlines
-   * @param {number[]} taxels
+   * @param {Page.Place & { windows: Page.RegionWindow[] }} place
    * @param {Context} context
    */
-  pushRegion(name, shape, outlines, taxels, context) {
+  pushRegion(name, shape, { taxels, outlines, windows }, context) {
     // Regions take the colours from the other end, so that a first pin and a first region differ.
-    const facts = makeItem(this.regions, [...SELECTION_COLOURS].reverse(), "R", taxels, context);
+    const facts = makeItem(this.regions, [...SELECTION_COLOURS].reverse(), "R", taxels);
     const others = this.regions.map((region) => region.name);
     let own = name || facts.label;
     for (let again = 2; nameProblem(own, others) !== ""; again += 1) own = `${name || facts.label} ${again}`;
-    this.regions.push({ letter: "R", name: own, shape, outlines, ...facts });
+    this.regions.push(withPast({ letter: "R", name: own, shape, outlines, windows, ...facts }, context));
   }
 
   /**
@@ -150,7 +154,7 @@ export class Selection {
     const threshold = contactThreshold(frame.compensated, frame.area, sensor);
     for (const list of [this.pins, this.regions]) {
       for (const item of list) {
-        measure(item.taxels, frame.compensated, threshold, sensor, this.scratch);
+        measure(taxelsAt(item, frame.sequence), frame.compensated, threshold, sensor, this.scratch);
         item.series.push(frame.host, this.scratch);
       }
     }
@@ -168,21 +172,18 @@ export const titleOf = (item) => (item.letter === "R" ? item.name : item.label);
  * @param {string[]} colours
  * @param {"P" | "R"} letter
  * @param {number[]} taxels
- * @param {Context} context
  * @returns {Page.ItemFacts}
  */
-function makeItem(list, colours, letter, taxels, context) {
+function makeItem(list, colours, letter, taxels) {
   const used = new Set(list.map((item) => item.number));
   let number = 1;
   while (used.has(number)) number += 1;
-  const item = { number, label: `${letter}${number}`, colour: colours[(number - 1) % colours.length], taxels, series: new Series(NAMES) };
-  fill(item, context);
-  return item;
+  return { number, label: `${letter}${number}`, colour: colours[(number - 1) % colours.length], taxels, series: new Series(NAMES) };
 }
 
 /**
  * Of one set of taxels: sum, highest and mean of the loads, and the area in contact. Mean and peak are loads per taxel,
- * in the unit the loads arrive in; where taxels differ, on one of the widest ring by the same pressure.
+ * in the unit the loads arrive in; where taxels differ, on one of the widest ring by the same pressure. Of no taxel nothing is known.
  * @param {number[]} taxels
  * @param {Float32Array} values
  * @param {number} threshold
@@ -204,10 +205,10 @@ export function measure(taxels, values, threshold, sensor, into) {
     if (even > peak) peak = even;
     if (value > threshold) touched += cellArea(sensor, taxel);
   }
-  into.force = force;
+  into.force = taxels.length > 0 ? force : NaN;
   into.peak = peak === -Infinity ? NaN : peak;
   into.mean = sensor.has_load_law ? (force / area) * sensor.taxel_area_mm2 : force / taxels.length;
-  into.area = touched;
+  into.area = taxels.length > 0 ? touched : NaN;
   return into;
 }
 
@@ -236,20 +237,23 @@ export function contactThreshold(values, area, sensor) {
 }
 
 /**
- * The past of a new item, from the buffered frames.
- * @param {Page.ItemFacts} item
+ * A new item with its past, from the buffered frames.
+ * @template {Page.Item} T
+ * @param {T} item
  * @param {Context} context
  */
-function fill(item, { buffer, sensor }) {
+function withPast(item, { buffer, sensor }) {
   const values = new Float32Array(buffer.taxels);
   const scratch = { force: 0, peak: 0, mean: 0, area: 0 };
   for (let i = 0; i < buffer.length; i += 1) {
     const slot = buffer.at(i);
-    for (const taxel of item.taxels) values[taxel] = slotValue(slot.compensated[taxel], slot.compensatedRange);
+    const taxels = taxelsAt(item, slot.sequence);
+    for (const taxel of taxels) values[taxel] = slotValue(slot.compensated[taxel], slot.compensatedRange);
     if (!(slot.threshold >= 0)) slot.threshold = slotThreshold(slot, sensor);
-    measure(item.taxels, values, slot.threshold, sensor, scratch);
+    measure(taxels, values, slot.threshold, sensor, scratch);
     item.series.push(slot.host, scratch);
   }
+  return item;
 }
 
 let unpacked = new Float32Array(0);

@@ -7,6 +7,7 @@ import { Surface } from "./surface.js";
 import { byId, canvasById, contextOf, inside } from "./dom.js";
 import { layoutOf } from "./places.js";
 import { theme } from "./theme.js";
+import { placeAt } from "./regions.js";
 
 export class Tile {
   /**
@@ -125,7 +126,7 @@ export class Tile {
     this.furniture.draw(scene, p, this.width, this.height, ratio);
     g.drawImage(this.furniture.canvas, 0, 0);
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
-    for (const region of scene.selection.regions) drawRegion(g, p, region.outlines, region.colour, region.name);
+    for (const region of scene.selection.regions) drawRegion(g, p, placeAt(region, scene.frame.sequence).outlines, region.colour, region.name);
     if (scene.draft) drawRegion(g, p, [scene.draft], "#ffffff", "");
     if (scene.showCop) drawCentre(g, p, scene);
     for (const pin of scene.selection.pins) drawPin(g, p, pin, scene.sensor.columns);
@@ -252,7 +253,7 @@ function drawRegion(g, p, outlines, colour, text) {
   g.setLineDash([5, 3]);
   outlined(g, colour, 1.6);
   g.setLineDash([]);
-  if (!text) return;
+  if (!text || outlines.length === 0) return;
   const corners = outlines.flat();
   const highest = corners.reduce((best, [column, row]) => (p.y(column, row) < p.y(best[0], best[1]) ? [column, row] : best), corners[0]);
   label(g, text, p.x(...highest), p.y(...highest), colour, p);

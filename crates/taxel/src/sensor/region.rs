@@ -168,7 +168,7 @@ impl Region {
             return Err(Error::Region {
                 name: format!("`{}`", spec.name),
                 problem: format!("is said to be of frames {from} to {to}, and here are no frames"),
-                hint: "regions that move belong to one recording: `measure` takes them; elsewhere leave `frames` out",
+                hint: "regions that move belong to one recording: `measure` and `view` take them; elsewhere leave `frames` out",
             });
         }
         Self::of_recording(specs, sensor)
@@ -264,6 +264,12 @@ impl Region {
             Some((frames, taxels)) if frames[0] <= frame => taxels,
             _ => &[],
         }
+    }
+
+    /// Where it lies in which frames, the first and the last of them: its taxels; in order, none of one that lies still in all.
+    pub fn windows(&self) -> impl Iterator<Item = ([u64; 2], &[usize])> {
+        let windows = self.windows.iter();
+        windows.map(|(frames, taxels)| (*frames, &taxels[..]))
     }
 
     /// The last frames that it is said of, the first and the last of them; `None` of one that lies still in all.
