@@ -97,7 +97,7 @@ impl Mark {
     }
 
     /// Whether the taxel's reading was taken and believed: good, or beyond either end of what is recorded.
-    pub fn is_reading(self) -> bool {
+    pub const fn is_reading(self) -> bool {
         matches!(self, Mark::Good | Mark::Saturated | Mark::BelowFloor)
     }
 
@@ -287,6 +287,37 @@ impl<Q> Frame<Q> {
         let of_piece = |piece: &[Mark]| piece.iter().map(|&m| u8::from(m == mark)).sum::<u8>();
         pieces.map(|piece| usize::from(of_piece(piece))).sum()
     }
+
+    /// How many taxels carry each mark.
+    pub fn count_marks(&self) -> MarkCounts {
+        let mut counts = [0; Mark::ALL.len()];
+        let mut left = self.marks.len();
+        // Few frames have others than these: a look at all marks for each that there may be is left out.
+        for mark in [Mark::Good, Mark::Absent].into_iter().chain(Mark::ALL) {
+            let count = &mut counts[usize::from(mark.code())];
+            if left > 0 && *count == 0 {
+                *count = self.count(mark);
+                left -= *count;
+            }
+        }
+        MarkCounts(counts)
+    }
+}
+
+/// How many crossings of a frame carry each mark.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MarkCounts([usize; Mark::ALL.len()]);
+
+impl MarkCounts {
+    /// How many carry this one.
+    pub fn of(&self, mark: Mark) -> usize {
+        self.0[usize::from(mark.code())]
+    }
+
+    /// Taxels there are: all crossings but those marked absent.
+    pub fn taxels(&self) -> usize {
+        self.0.iter().sum::<usize>() - self.of(Mark::Absent)
+    }
 }
 
 /// Marks or values that are looked at together.
@@ -342,6 +373,23 @@ mod tests {
     fn codes_are_the_positions_in_the_list() {
         for (i, mark) in Mark::ALL.iter().enumerate() {
             assert_eq!(mark.code() as usize, i);
+        }
+    }
+
+    #[test]
+    fn marks_are_counted_together_as_one_by_one() {
+        for lost in [1, 3, 12] {
+            let mut frame = Frame::<Volts>::zeros(7, 41);
+            for (at, mark) in frame.marks.iter_mut().enumerate().skip(5) {
+                *mark = Mark::ALL[at % lost];
+            }
+            let counts = frame.count_marks();
+            assert!(
+                Mark::ALL
+                    .iter()
+                    .all(|&mark| counts.of(mark) == frame.count(mark))
+            );
+            assert_eq!(counts.taxels(), frame.taxels());
         }
     }
 

@@ -2,8 +2,8 @@
 
 use super::{
     GripForce, centre_of_placed_mm, centre_of_pressure_mm, centre_on_handle_mm, contact_area_mm2,
-    grip_force, kilopascals_from_newtons, measured_share, outlier_share, peak_pressure,
-    resultant_newtons, total_force_newtons, usable,
+    grip_force, kilopascals_from_newtons, measured_of, outliers_of, peak_pressure,
+    resultant_newtons, sums::Sums, total_force_newtons, usable,
 };
 use crate::{Frame, Newtons, Sensor};
 
@@ -41,8 +41,12 @@ impl FrameFigures {
 
     /// The same with another threshold of what counts as touched, newtons a taxel.
     pub fn with_threshold(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Self {
+        if let Some(figures) = Self::of_flat(loads, sensor, threshold_newtons) {
+            return figures;
+        }
         let handle = sensor.handle();
         let cell_mm2 = |taxel| sensor.cell_mm2(taxel);
+        let marks = loads.count_marks();
         Self {
             total_force_newtons: total_force_newtons(loads),
             grip: handle.map(|handle| grip_force(loads, handle)),
@@ -50,9 +54,32 @@ impl FrameFigures {
             peak_kilopascals: peak_kilopascals(loads, sensor),
             contact_area_mm2: contact_area_mm2(loads, threshold_newtons, cell_mm2),
             centre_mm: centre_mm(loads, sensor, threshold_newtons),
-            outlier_share: outlier_share(loads),
-            measured_share: measured_share(loads),
+            outlier_share: outliers_of(&marks),
+            measured_share: measured_of(&marks),
         }
+    }
+
+    /// The same in one pass, of taxels of one size where the lines of a flat sensor cross; `None` where it has to be found otherwise.
+    fn of_flat(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Option<Self> {
+        let is_even = sensor.handle().is_none() && sensor.has_one_area();
+        if !is_even || sensor.positions().is_some() {
+            return None;
+        }
+        let sums = Sums::of(loads, sensor.cell_mm2(0), threshold_newtons)?;
+        let marks = loads.count_marks();
+        Some(Self {
+            total_force_newtons: sums.total_newtons,
+            peak_kilopascals: kilopascals_from_newtons(
+                sums.most_newtons(),
+                sensor.taxel_area_mm2(0),
+            ),
+            grip: None,
+            resultant_newtons: None,
+            contact_area_mm2: sums.contact_area_mm2,
+            centre_mm: sums.centre_mm(sensor.array().pitch_mm),
+            outlier_share: outliers_of(&marks),
+            measured_share: measured_of(&marks),
+        })
     }
 }
 
@@ -85,6 +112,7 @@ fn centre_mm(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Mark;
     use crate::sensor::preset;
 
     #[test]
@@ -111,6 +139,69 @@ mod tests {
             FrameFigures::of(&Frame::zeros(64, 128), &sensor).centre_mm,
             None
         );
+    }
+
+    /// A frame of few loads or many, with marks or without, of a size that does not end with a block.
+    fn drawn(seed: u64, rows: usize, columns: usize) -> Frame<Newtons> {
+        let mut state = seed;
+        let mut draw = |most: u64| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(144);
+            (state >> 33) % most
+        };
+        let share = draw(8);
+        let mut loads = Frame::<Newtons>::zeros(rows, columns);
+        let (values, marks) = loads.values_and_marks_mut();
+        for (value, mark) in values.iter_mut().zip(marks) {
+            if draw(8) < share {
+                *value = draw(1000) as f64 / 770.0 - [0.0, 0.3, 9.0][draw(3) as usize];
+            }
+            *value *= [1.0, -0.0][usize::from(draw(50) == 0)];
+            if seed.is_multiple_of(4) && draw(5) == 0 {
+                *mark = Mark::ALL[draw(12) as usize];
+            }
+        }
+        if seed.is_multiple_of(40) {
+            loads.marks_mut().fill(Mark::Open);
+        }
+        loads
+    }
+
+    #[test]
+    fn one_pass_finds_what_each_figure_does_bit_for_bit() {
+        use crate::metric::{measured_share, outlier_share};
+        let bits = |numbers: &[f64]| -> Vec<u64> { numbers.iter().map(|n| n.to_bits()).collect() };
+        let mat = preset("mat-16x16-cd4067").unwrap();
+        let mut told = 0;
+        for seed in 0..400 {
+            let (rows, columns) = ([1, 3, 16][seed % 3], 1 + seed % 27);
+            let sensor = mat.edited(|spec| {
+                (spec.array.rows, spec.array.columns) = (rows, columns);
+                spec.array.pitch_mm = [8.466, 5.08];
+            });
+            let (sensor, loads) = (sensor.unwrap(), drawn(seed as u64, rows, columns));
+            for threshold in [0.0, CONTACT_NEWTONS, -1.0] {
+                let found = FrameFigures::with_threshold(&loads, &sensor, threshold);
+                told += usize::from(FrameFigures::of_flat(&loads, &sensor, threshold).is_some());
+                let plain = [
+                    total_force_newtons(&loads),
+                    peak_kilopascals(&loads, &sensor),
+                    contact_area_mm2(&loads, threshold, |taxel| sensor.cell_mm2(taxel)),
+                    outlier_share(&loads),
+                    measured_share(&loads),
+                ];
+                let one = [
+                    found.total_force_newtons,
+                    found.peak_kilopascals,
+                    found.contact_area_mm2,
+                    found.outlier_share,
+                    found.measured_share,
+                ];
+                assert_eq!(bits(&one), bits(&plain));
+                let centre = centre_mm(&loads, &sensor, threshold);
+                assert_eq!(found.centre_mm.map(|c| bits(&c)), centre.map(|c| bits(&c)));
+            }
+        }
+        assert!(told > 400, "{told} in one pass");
     }
 
     #[test]

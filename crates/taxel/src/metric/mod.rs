@@ -24,6 +24,7 @@ mod grip;
 pub mod hold;
 mod load;
 mod region;
+mod sums;
 
 pub use cross_talk::{Ghost, TaxelCrossTalk, cross_talk_drop, cross_talk_index, ghost_level};
 pub use deviation::{Deviations, deviations, deviations_of_frames};
@@ -37,12 +38,13 @@ pub use load::{
 
 pub use region::RegionFigures;
 
+use crate::frame::MarkCounts;
 use crate::{Error, Frame, Mark};
 
 /// Whether a taxel with this mark counts: good, saturated (a lower bound), below the floor (unloaded, as far as is known)
 /// or interpolated.
-pub fn is_usable(mark: Mark) -> bool {
-    mark.is_reading() || mark == Mark::Interpolated
+pub const fn is_usable(mark: Mark) -> bool {
+    mark.is_reading() || matches!(mark, Mark::Interpolated)
 }
 
 /// Share of the taxels whose mark is neither good nor below-floor, 0 to 1.
@@ -50,16 +52,26 @@ pub fn is_usable(mark: Mark) -> bool {
 /// Source: the share of outliers by which the e-Cone paper judges its connectors before and after repair
 /// (Table IV), with marks in place of its two thresholds ([`crate::screen::CountsMask`] has these).
 pub fn outlier_share<Q>(frame: &Frame<Q>) -> f64 {
-    let usual = frame.count(Mark::Good) + frame.count(Mark::BelowFloor);
-    1.0 - usual as f64 / frame.taxels().max(1) as f64
+    outliers_of(&frame.count_marks())
 }
 
 /// Share of the taxels whose own reading counts, 0 to 1: good, or a bound (saturated, below the floor). A sum of loads over a
 /// frame is a sum over these, and over what was interpolated.
 pub fn measured_share<Q>(frame: &Frame<Q>) -> f64 {
+    measured_of(&frame.count_marks())
+}
+
+/// [`outlier_share`] by how many taxels carry each mark.
+fn outliers_of(counts: &MarkCounts) -> f64 {
+    let usual = counts.of(Mark::Good) + counts.of(Mark::BelowFloor);
+    1.0 - usual as f64 / counts.taxels().max(1) as f64
+}
+
+/// [`measured_share`] by how many taxels carry each mark.
+fn measured_of(counts: &MarkCounts) -> f64 {
     let readings = Mark::ALL.into_iter().filter(|mark| mark.is_reading());
-    let measured: usize = readings.map(|mark| frame.count(mark)).sum();
-    measured as f64 / frame.taxels().max(1) as f64
+    let measured: usize = readings.map(|mark| counts.of(mark)).sum();
+    measured as f64 / counts.taxels().max(1) as f64
 }
 
 /// Values and positions of the taxels that count.
