@@ -2,7 +2,7 @@
 
 use super::line_state::{FrameLines, Thresholds, find_dropped};
 use super::{Axis, Level, LevelScreen, LineFaults, ScreenOptions, SpaceSpikes, check_shape};
-use crate::frame::{any_beyond, has_mark};
+use crate::frame::{BLOCK, any_beyond, has_mark};
 use crate::sensor::mark_absent;
 use crate::stats::{SIGMA_PER_MAD, median_high};
 use crate::{Counts, Error, Frame, Mark, Sensor};
@@ -172,16 +172,22 @@ impl FrameScreen {
 
     /// Saturated or below the floor, and nothing else: of numbers that another program has screened.
     fn mark_range(&self, frame: &mut Frame<Counts>) {
-        for i in 0..frame.values().len() {
-            let value = frame.values()[i];
-            let mark = &mut frame.marks_mut()[i];
-            if *mark != Mark::Good {
+        let low = self.options.floor_count.unwrap_or(f64::NEG_INFINITY);
+        let (values, marks) = frame.values_and_marks_mut();
+        for (values, marks) in values.chunks(BLOCK).zip(marks.chunks_mut(BLOCK)) {
+            // Hardly a reading stands at an end.
+            if !any_beyond(values, low, self.max_count) {
                 continue;
             }
-            if value >= self.max_count {
-                *mark = Mark::Saturated;
-            } else if self.options.is_below_floor(value) {
-                *mark = Mark::BelowFloor;
+            for (&value, mark) in values.iter().zip(marks) {
+                if *mark != Mark::Good {
+                    continue;
+                }
+                if value >= self.max_count {
+                    *mark = Mark::Saturated;
+                } else if self.options.is_below_floor(value) {
+                    *mark = Mark::BelowFloor;
+                }
             }
         }
     }
