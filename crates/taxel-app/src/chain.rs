@@ -170,11 +170,14 @@ impl Chain {
     pub fn show_into(&self, shown: &mut Frame<DisplayUnit>) -> Result<(), Error> {
         let (unit, result) = (self.unit, self.pipeline.result());
         match result.siemens.filter(|_| unit == Unit::Siemens) {
-            Some(siemens) => copy(siemens, shown, |_, siemens| siemens),
-            None if unit == Unit::Volts => copy(result.volts, shown, |_, volts| volts),
-            None => copy(result.newtons()?, shown, |taxel, newtons| {
-                self.load_unit.from_newtons(taxel, newtons)
-            }),
+            Some(siemens) => copy(siemens, shown),
+            None if unit == Unit::Volts => copy(result.volts, shown),
+            None => {
+                let loads = result.newtons()?;
+                shown.copy_meta_from(loads);
+                let unit = &self.load_unit;
+                unit.all_from_newtons(loads.values(), shown.values_mut());
+            }
         }
         Ok(())
     }
@@ -197,9 +200,7 @@ pub fn stop_words(outcome: &Outcome) -> (&'static str, Option<String>) {
     (word, Some(why))
 }
 
-fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>, number: impl Fn(usize, f64) -> f64) {
+fn copy<Q>(from: &Frame<Q>, to: &mut Frame<DisplayUnit>) {
     to.copy_meta_from(from);
-    for (taxel, (to, from)) in to.values_mut().iter_mut().zip(from.values()).enumerate() {
-        *to = number(taxel, *from);
-    }
+    to.values_mut().copy_from_slice(from.values());
 }

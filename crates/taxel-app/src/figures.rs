@@ -308,10 +308,8 @@ impl Figures {
         is_answer: bool,
     ) -> FigureRow {
         self.loads.copy_meta_from(loads);
-        let each = self.loads.values_mut().iter_mut().zip(shown.values());
-        for (taxel, (load, shown)) in each.enumerate() {
-            *load = self.load_unit.newtons(taxel, *shown);
-        }
+        let unit = &self.load_unit;
+        unit.all_newtons(shown.values(), self.loads.values_mut());
         let figures = self.values(loads);
         let errors = self.errors.as_mut().zip(siemens);
         let errors = errors.map(|(errors, siemens)| errors.of(siemens, &self.loads, is_answer));

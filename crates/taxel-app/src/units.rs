@@ -120,6 +120,11 @@ impl Unit {
         !matches!(self, Unit::Volts | Unit::Siemens)
     }
 
+    /// Whether a load in it is the number of its newtons; what is no load is shown as it is.
+    fn is_newtons(self) -> bool {
+        matches!(self, Unit::Newtons | Unit::Volts | Unit::Siemens)
+    }
+
     /// A load in this unit.
     pub fn of_newtons(self, newtons: f64, area_mm2: f64) -> f64 {
         match self {
@@ -168,6 +173,35 @@ impl LoadUnit {
         self.unit.of_newtons(newtons, area_mm2)
     }
 
+    /// Loads of all taxels in the unit.
+    pub(crate) fn all_from_newtons(&self, newtons: &[f64], out: &mut [f64]) {
+        let pairs = out.iter_mut().zip(newtons);
+        match self.areas[..] {
+            _ if self.unit.is_newtons() => out.copy_from_slice(newtons),
+            [one] => pairs.for_each(|(out, &newtons)| *out = self.unit.of_newtons(newtons, one)),
+            ref each => pairs.zip(each).for_each(|((out, &newtons), &area_mm2)| {
+                *out = self.unit.of_newtons(newtons, area_mm2);
+            }),
+        }
+    }
+
+    /// The newtons of all taxels' loads in the unit.
+    pub(crate) fn all_newtons(&self, loads: &[f64], out: &mut [f64]) {
+        if self.unit.is_newtons() {
+            return out.copy_from_slice(loads);
+        }
+        let is_even = self.areas.len() == 1;
+        let one = self.from_newtons(0, 1.0);
+        for (taxel, (out, load)) in out.iter_mut().zip(loads).enumerate() {
+            *out = load
+                / if is_even {
+                    one
+                } else {
+                    self.from_newtons(taxel, 1.0)
+                };
+        }
+    }
+
     /// The newtons of a taxel's load in the unit.
     pub fn newtons(&self, taxel: usize, load: f64) -> f64 {
         load / self.from_newtons(taxel, 1.0)
@@ -194,4 +228,29 @@ pub(crate) fn three_digits(value: f64) -> String {
         (2.0 - value.abs().log10().floor()).clamp(0.0, 3.0)
     };
     format!("{value:.0$}", decimals as usize).replace('-', "\u{2212}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn loads_of_all_taxels_are_those_of_each() {
+        let newtons: Vec<f64> = (0..37).map(|n| f64::from(n * n) / 7.0 - 3.0).collect();
+        let bits = |numbers: &[f64]| -> Vec<u64> { numbers.iter().map(|n| n.to_bits()).collect() };
+        for unit in Unit::ALL {
+            for areas in [vec![3.7], (1..38).map(f64::from).collect()] {
+                let unit = LoadUnit { unit, areas };
+                let (mut shown, mut back) = (vec![0.0; 37], vec![0.0; 37]);
+                unit.all_from_newtons(&newtons, &mut shown);
+                unit.all_newtons(&shown, &mut back);
+                let pairs = newtons.iter().enumerate();
+                let each: Vec<f64> = pairs.map(|(at, n)| unit.from_newtons(at, *n)).collect();
+                assert_eq!(bits(&shown), bits(&each));
+                let pairs = shown.iter().enumerate();
+                let each: Vec<f64> = pairs.map(|(at, n)| unit.newtons(at, *n)).collect();
+                assert_eq!(bits(&back), bits(&each));
+            }
+        }
+    }
 }

@@ -30,6 +30,8 @@ use worker::{Converting, Worker};
 const BLOCK_FRAMES: usize = 64;
 /// Numbers of a block, at most.
 const BLOCK_NUMBERS: usize = 1 << 19;
+/// The same of a block that no other thread waits for: what was read into it is still near the processor when it is worked on.
+const NEAR_NUMBERS: usize = 1 << 15;
 
 /// What is to be made of each frame of a recording.
 #[derive(Clone, Copy)]
@@ -158,7 +160,8 @@ impl<'a> Conversion<'a> {
             sensor, promptly, ..
         } = self.request;
         let remembers = self.first.chain.remembers();
-        let each = (BLOCK_NUMBERS / (sensor.rows() * sensor.columns())).clamp(1, BLOCK_FRAMES);
+        let taxels = sensor.rows() * sensor.columns();
+        let each = (BLOCK_NUMBERS / taxels).clamp(1, BLOCK_FRAMES);
         let threads = if remembers || promptly {
             1
         } else {
@@ -169,8 +172,12 @@ impl<'a> Conversion<'a> {
         while workers.len() < threads {
             workers.push(Worker::new(&self.request, faults)?);
         }
-        let held = if threads == 1 { 1 } else { threads + 2 };
-        let block = || Block::new(reading, &self.request, if promptly { 1 } else { each });
+        let (held, room) = match threads {
+            _ if promptly => (1, 1),
+            1 => (1, (NEAR_NUMBERS / taxels).clamp(1, each)),
+            _ => (threads + 2, each),
+        };
+        let block = || Block::new(reading, &self.request, room);
         let memory = (0..held).map(|_| block()).collect();
         let mut screen = FrameScreen::from_sensor(sensor);
         screen.set_lines(&faults.clone().with_declared(sensor.screen()));
