@@ -7,6 +7,7 @@ use super::cells::{Cell, Separator, each_cell, next_cell, number_and_rest};
 use super::pad::{Pad, Quantity};
 use super::text_file::TextFile;
 use super::units::{millimetres, square_millimetres};
+use super::zeros::sum_in_order;
 use super::{Beginning, ExportAbout, ParsedFrame, Parser};
 use crate::error::{Error, ExportError};
 
@@ -70,9 +71,19 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         columns,
         newtons_per_unit,
         numbers: Vec::new(),
+        together: None,
         row: Vec::new(),
     };
     Ok((about, Box::new(reader)))
+}
+
+/// Whether a line has such words.
+fn has(line: &[u8], words: &str) -> bool {
+    memchr::memmem::find(line, words.as_bytes()).is_some()
+}
+
+fn ends_in_force(line: &str) -> bool {
+    line.trim_end().ends_with("\tForce")
 }
 
 /// `10.0 ms`.
@@ -104,6 +115,8 @@ struct Emed {
     newtons_per_unit: Option<f64>,
     /// The columns of the page, from 0.
     numbers: Vec<usize>,
+    /// The first of them, where they follow each other.
+    together: Option<usize>,
     /// The numbers of a row.
     row: Vec<f64>,
 }
@@ -111,6 +124,9 @@ struct Emed {
 impl Emed {
     /// The number of the picture that the line read last begins.
     fn picture(&self) -> Option<u64> {
+        if !has(self.text.line(), PICTURE) {
+            return None;
+        }
         let words = self.text.words();
         let (_, said) = words.split_once(PICTURE)?;
         number_and_rest(said).map(|(number, _)| number as u64)
@@ -123,12 +139,11 @@ impl Emed {
             if let Some(number) = self.picture() {
                 return Ok(Some(number));
             }
-            let words = self.text.words();
-            is_page |= words.contains("MV over frames");
-            is_summary |= words.contains("MVP") || words.contains("MPP");
-            let is_table = words.starts_with(|c: char| c.is_ascii_digit() || c == '\t')
-                && words.trim_end().ends_with("\tForce");
-            if is_page && !is_summary && is_table {
+            let line = self.text.line();
+            is_page |= has(line, "MV over frames");
+            is_summary |= has(line, "MVP") || has(line, "MPP");
+            let is_table = matches!(line, [b'0'..=b'9' | b'\t', ..]);
+            if is_page && !is_summary && is_table && ends_in_force(&self.text.words()) {
                 let expected = format!("a line with `{PICTURE}`");
                 let hint = "it stands above each picture, and was torn or lost";
                 return Err(self.text.wrong(FORMAT, expected, hint));
@@ -149,6 +164,8 @@ impl Emed {
                 .map(|cell| self.place_of(cell, self.columns))
                 .collect();
             if let Some(numbers) = numbers.filter(|numbers| !numbers.is_empty()) {
+                let follow = numbers.windows(2).all(|pair| pair[0] + 1 == pair[1]);
+                self.together = follow.then(|| numbers[0]);
                 self.numbers = numbers;
                 return Ok(());
             }
@@ -192,27 +209,36 @@ impl Emed {
     }
 
     /// A row of as many plain numbers as there are columns, and its force behind them; `None` of another, whatever stands in it.
-    fn plain_row(&mut self, frame: &mut ParsedFrame, row: usize, from: usize) -> Option<[f64; 3]> {
+    fn plain_row(&mut self, frame: &mut ParsedFrame, row: usize, from: usize) -> Option<[f64; 2]> {
         let separator = Separator::One(b'\t');
-        self.row.resize(self.numbers.len(), 0.0);
+        let columns = self.numbers.len();
+        let places = &mut frame.values[row * self.columns..][..self.columns];
+        self.row.resize(columns, 0.0);
+        let out = match self.together {
+            // Whatever else stands in the line is read once more, or is an error.
+            Some(first) => &mut places[first..first + columns],
+            None => &mut self.row[..],
+        };
         let plain = self.text.plain(separator);
-        let (read, next) = plain.read(from, &mut self.row, &mut frame.decimals, |_, _| false);
+        let (read, next) = plain.read(from, out, &mut frame.decimals, |_, _| false);
         let Some((Cell::Number(told, _), ..)) = next_cell(self.text.line(), next, separator) else {
             return None;
         };
-        if read < self.row.len() {
+        if read < columns {
             return None;
         }
-        let places = &mut frame.values[row * self.columns..][..self.columns];
-        for (&column, &value) in self.numbers.iter().zip(&self.row) {
-            places[column] = value;
+        let sum = sum_in_order(out);
+        if self.together.is_none() {
+            for (&column, &value) in self.numbers.iter().zip(&self.row) {
+                places[column] = value;
+            }
         }
-        Some([self.row.iter().sum(), places.iter().sum(), told])
+        Some([sum, told])
     }
 
     fn read_row(&mut self, frame: &mut ParsedFrame, row: usize, from: usize) -> Result<(), Error> {
-        if let Some([sum, all, told]) = self.plain_row(frame, row, from) {
-            return self.check_row(row, [sum, all], Some(told));
+        if let Some([sum, told]) = self.plain_row(frame, row, from) {
+            return self.check_row(frame, row, sum, Some(told));
         }
         let cells = &self.text.line()[from..];
         let (mut found, mut sum, mut told) = (0, 0.0, None);
@@ -256,10 +282,7 @@ impl Emed {
             ));
         }
         if found == self.numbers.len() {
-            let all: f64 = frame.values[row * self.columns..][..self.columns]
-                .iter()
-                .sum();
-            return self.check_row(row, [sum, all], told);
+            return self.check_row(frame, row, sum, told);
         }
         let expected = format!("{} of them", self.numbers.len());
         let hint = "one for each column of the page; a line was torn";
@@ -270,15 +293,22 @@ impl Emed {
 
     /// A row's cells, those of the page or of all pages of the picture, add up to the force that stands behind them, but for its
     /// rounding.
-    fn check_row(&self, row: usize, sums: [f64; 2], told: Option<f64>) -> Result<(), Error> {
+    fn check_row(
+        &self,
+        frame: &ParsedFrame,
+        row: usize,
+        sum: f64,
+        told: Option<f64>,
+    ) -> Result<(), Error> {
         let Some((expected, per_unit)) = told.zip(self.newtons_per_unit) else {
             return Ok(());
         };
         let fits = |sum: f64| (per_unit * sum - expected).abs() <= ROUNDING * ROUNDED_TO;
-        if sums.into_iter().any(fits) {
+        let all = || sum_in_order(&frame.values[row * self.columns..][..self.columns]);
+        if fits(sum) || fits(all()) {
             return Ok(());
         }
-        let found = per_unit * sums[0];
+        let found = per_unit * sum;
         let found = format!("the cells of row {} add up to {found:.3} N", row + 1);
         let expected = format!("the row's own force, {expected} N");
         let hint = "a number of it was changed or lost; --keep-going leaves the picture out";
@@ -295,7 +325,7 @@ impl Emed {
         let Some((expected, per_unit)) = told.zip(self.newtons_per_unit) else {
             return Ok(());
         };
-        let found = per_unit * frame.values.iter().sum::<f64>();
+        let found = per_unit * sum_in_order(&frame.values);
         if (found - expected).abs() <= ROUNDED_TO * (1.0 + 0.5 * self.rows as f64) {
             return Ok(());
         }

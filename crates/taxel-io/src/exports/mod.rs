@@ -43,6 +43,7 @@ mod units;
 mod writer;
 mod xsensor;
 mod zebris;
+mod zeros;
 
 use std::fs::File;
 use std::io::Read;

@@ -26,16 +26,36 @@ struct Zeros {
     all: u64,
     length: usize,
     count: usize,
+    /// Bytes of all that fit.
+    bytes_of_all: usize,
 }
+
+/// Cells of zero that are gone past together where so many follow each other.
+const RUN: usize = 9;
+
+/// What a cell of so many bytes is multiplied with to stand in a word as often as it fits in.
+const REPEATS: [u64; 9] = {
+    let (mut repeats, mut length) = ([0; 9], 1);
+    while length <= 8 {
+        let mut cell = 0;
+        while cell < 8 / length {
+            repeats[length] |= 1 << (8 * length * cell);
+            cell += 1;
+        }
+        length += 1;
+    }
+    repeats
+};
 
 impl Zeros {
     /// As long as no zero was met, none is like it.
     const NONE: Self = Self {
-        bytes: 1,
-        one: 0,
-        all: 0,
+        bytes: 0,
+        one: u64::MAX,
+        all: u64::MAX,
         length: 0,
         count: 1,
+        bytes_of_all: 0,
     };
 
     /// Of a cell of up to eight bytes with its separator, which a word begins with.
@@ -43,14 +63,27 @@ impl Zeros {
         let count = 8 / length;
         let mask = |bytes: usize| u64::MAX >> (64 - 8 * bytes);
         let one = mask(length);
-        let bytes = (0..count).fold(0, |bytes, cell| bytes | (word & one) << (8 * length * cell));
         Self {
-            bytes,
+            bytes: (word & one).wrapping_mul(REPEATS[length]),
             one,
             all: mask(length * count),
             length,
             count,
+            bytes_of_all: length * count,
         }
+    }
+
+    /// Whether a text that begins with such a cell begins with [`RUN`] of them.
+    #[inline(always)]
+    fn run(&self, text: &[u8]) -> bool {
+        let Some(text) = text.get(..RUN * self.length) else {
+            return false;
+        };
+        // Each cell is the one before: as many words as a cell has bytes tell of eight cells behind the first.
+        let (words, _) = text.as_chunks::<8>();
+        let (next, _) = text[self.length..].as_chunks::<8>();
+        let pairs = words.iter().zip(next);
+        pairs.fold(true, |all, (word, next)| all & (word == next))
     }
 }
 
@@ -75,16 +108,23 @@ impl PlainLine<'_> {
     ) -> (usize, usize) {
         let mut zeros = Zeros::NONE;
         let mut place = 0;
+        let mut most = 0;
         while place < out.len() {
             let Some(word) = self.word(at) else {
-                return (place, at);
+                break;
             };
-            // Most of what a mat shows is nothing.
+            // Most of what a mat shows is nothing. Where its next cell begins need not wait for a look at where this one ends.
             if (word ^ zeros.bytes) & zeros.one == 0 && zeros.length > 0 {
+                let rest = self.text.get(at..self.length).unwrap_or(&[]);
                 let are_all = (word ^ zeros.bytes) & zeros.all == 0;
-                let count = if are_all { zeros.count } else { 1 };
-                let length = count * zeros.length;
-                if at + length <= self.length
+                let (count, length) = if !are_all {
+                    (1, zeros.length)
+                } else if out.len() - place >= RUN && zeros.run(rest) {
+                    (RUN, RUN * zeros.length)
+                } else {
+                    (zeros.count, zeros.bytes_of_all)
+                };
+                if length <= rest.len()
                     && let Some(out) = out.get_mut(place..place + count)
                 {
                     out.fill(0.0);
@@ -92,35 +132,38 @@ impl PlainLine<'_> {
                     continue;
                 }
             }
-            // A letter alone is what most words are.
-            let [first, behind, ..] = word.to_le_bytes();
-            if first.is_ascii_alphabetic()
-                && self.is_end(at + 1, behind)
-                && is_word(place, &[first])
-            {
-                out[place] = 0.0;
-                (place, at) = (place + 1, (at + 2).min(self.length));
-                continue;
-            }
-            if let Some(length) = self.short_word(at, word)
-                && is_word(place, &word.to_le_bytes()[..length])
+            if !(word as u8).is_ascii_digit()
+                && let Some(length) = self.word_of(at, word, |word| is_word(place, word))
             {
                 out[place] = 0.0;
                 (place, at) = (place + 1, (at + length + 1).min(self.length));
                 continue;
             }
             let Some(plain) = self.number(at, word) else {
-                return (place, at);
+                break;
             };
             out[place] = plain.value;
-            *decimals = (*decimals).max(plain.decimals);
+            most = most.max(plain.decimals);
             let next = plain.end + 1;
             if plain.value == 0.0 && next <= self.length && next - at <= 8 {
                 zeros = Zeros::of(word, next - at);
             }
             (place, at) = (place + 1, next.min(self.length));
         }
-        (out.len(), at)
+        *decimals = (*decimals).max(most);
+        (place, at)
+    }
+
+    /// How long the word is that a cell has in place of a number, if it is one that may stand there.
+    #[inline(always)]
+    fn word_of(&self, at: usize, word: u64, is_it: impl Fn(&[u8]) -> bool) -> Option<usize> {
+        // A letter alone is what most words are.
+        let [first, behind, ..] = word.to_le_bytes();
+        if first.is_ascii_alphabetic() && self.is_end(at + 1, behind) && is_it(&[first]) {
+            return Some(1);
+        }
+        let length = self.short_word(at, word)?;
+        is_it(&word.to_le_bytes()[..length]).then_some(length)
     }
 
     /// Eight bytes from `at` on.
@@ -153,12 +196,11 @@ impl PlainLine<'_> {
     /// Whether a cell ends before byte `at`, which is this.
     #[inline(always)]
     fn is_end(&self, at: usize, byte: u8) -> bool {
-        at == self.length
-            || at < self.length
-                && match self.separator {
-                    Separator::One(one) => byte == one,
-                    Separator::Blanks => byte == b' ' || byte == b'\t',
-                }
+        let [one, other] = match self.separator {
+            Separator::One(one) => [one, one],
+            Separator::Blanks => [b' ', b'\t'],
+        };
+        at == self.length || at < self.length && (byte == one) | (byte == other)
     }
 
     /// The number of a cell that begins at `at`, with these bytes: up to seven digits and a point, blanks before them or not.
@@ -180,29 +222,19 @@ impl PlainLine<'_> {
             return None;
         }
         let points = points & ((1 << bits) - 1);
-        if points == 0 {
-            let value = f64::from(number(word << (64 - bits)));
-            return Some(Plain {
-                value,
-                decimals: 0,
-                end,
-            });
-        }
+        // Without a point, or with one: the same steps, since which comes next is foreseen by nobody.
         let before = points.trailing_zeros() & !7;
-        if before == 0 || points & (points - 1) != 0 {
+        if before == 0 || points & points.wrapping_sub(1) != 0 {
             return None;
         }
+        let before = before.min(bits);
         // The digits without the point.
         let low = (1 << before) - 1;
         let digits = word & low | word >> 8 & !low;
-        let decimals = ((bits - before) / 8 - 1) as u8;
-        let value = f64::from(number(digits << (72 - bits)));
+        let behind = if points == 0 { 64 } else { 72 };
+        let decimals = ((bits - before) / 8).saturating_sub(1) as u8;
         Some(Plain {
-            value: if decimals == 0 {
-                value
-            } else {
-                value / power_of_ten(decimals)
-            },
+            value: f64::from(number(digits << (behind - bits))) / power_of_ten(decimals),
             decimals,
             end,
         })
@@ -285,7 +317,7 @@ mod tests {
 
         #[test]
         fn plain_cells_are_those_of_the_careful_reader(
-            line in "(( {0,3}(0|0|0.0|0.00|[0-9]{1,4}|[0-9]{1,3}[.,][0-9]{0,3}|B|-1|NaN|)[,\t; ])|([-+.,;\t 0-9BnaeE\"]{0,3})){0,40}",
+            line in "((0,){9,30}|(0\\.00\t){8,20}|(  0){0,20}|(( {0,3}(0|0|0.0|0.00|[0-9]{1,4}|[0-9]{1,3}[.,][0-9]{0,3}|B|-1|NaN|)[,\t; ])|([-+.,;\t 0-9BnaeE\"]{0,3})){1,4}){0,20}",
             (separator, comma) in (0usize..4, any::<bool>()),
             behind in "[0-9.,\t\r\n ]{0,20}",
         ) {

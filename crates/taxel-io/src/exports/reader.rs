@@ -7,6 +7,7 @@ use taxel::{Counts, Frame, Mark};
 use super::cells::power_of_ten;
 use super::pad::{Pad, Quantity, RawScale};
 use super::survey::{self, Survey, rounded};
+use super::zeros::are_zeros;
 use super::{ExportAbout, ParsedFrame, Parser, choose, file_and_pad, format_of};
 use crate::error::{Error, ExportError, other_shape};
 use crate::integrity::Integrity;
@@ -146,9 +147,7 @@ impl ExportReader {
     fn count(&mut self) -> Result<(), Error> {
         let raw = match self.counting {
             Counting::Steps(unit) => {
-                let values = self.parsed.values.iter();
-                let counts = self.counts.iter_mut().zip(values);
-                counts.for_each(|(count, value)| *count = whole_where_near(value / unit));
+                counts_by(unit, &self.parsed.values, &mut self.counts);
                 return Ok(());
             }
             Counting::Raw(raw) => raw,
@@ -171,8 +170,9 @@ impl ExportReader {
     fn mark(&mut self) {
         let pad = &self.about.pads[self.pad];
         let saturation = pad.saturation.unwrap_or(f64::INFINITY);
-        let values = self.parsed.values.iter();
-        let is_saturated = values.fold(false, |any, value| any | (*value >= saturation));
+        let values = &self.parsed.values;
+        let is_above = |any, value: &f64| any | (*value >= saturation);
+        let is_saturated = pad.saturation.is_some() && values.iter().fold(false, is_above);
         // Of most frames every mark is that of the one before.
         if !is_saturated && !self.has_saturated && self.given > 0 {
             return;
@@ -267,6 +267,22 @@ impl ExportReader {
     }
 }
 
+/// Counts of a frame's numbers, of which one is so much of their unit.
+fn counts_by(unit: f64, values: &[f64], counts: &mut [f64]) {
+    let count = |(count, value): (&mut f64, &f64)| *count = whole_where_near(value / unit);
+    let (eights, rest) = values.as_chunks::<8>();
+    let (counts, last) = counts[..values.len()].as_chunks_mut::<8>();
+    for (counts, eight) in counts.iter_mut().zip(eights) {
+        // Most of what a mat shows is nothing.
+        if are_zeros(eight) && unit > 0.0 {
+            counts.fill(0.0);
+        } else {
+            counts.iter_mut().zip(eight).for_each(count);
+        }
+    }
+    last.iter_mut().zip(rest).for_each(count);
+}
+
 /// A number that is whole but for how it was divided.
 fn whole_where_near(count: f64) -> f64 {
     let whole = rounded(count);
@@ -354,5 +370,32 @@ impl FrameSource<Counts> for ExportReader {
 
     fn reference_newtons(&self) -> Option<f64> {
         self.reference_newtons
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn counts_of_a_frame_are_those_of_each_number() {
+        for length in 0..60 {
+            let value = |at: usize| match (at / 9 + length) % 3 {
+                0 => 0.01 * ((at * 7919) % 5000) as f64,
+                _ => 0.0,
+            };
+            let values: Vec<f64> = (0..length).map(value).collect();
+            let mut counts = vec![-1.0; length];
+            for unit in [0.01, 1.0, 0.7] {
+                counts_by(unit, &values, &mut counts);
+                let each = values.iter().map(|value| whole_where_near(value / unit));
+                assert!(
+                    counts
+                        .iter()
+                        .map(|n| n.to_bits())
+                        .eq(each.map(f64::to_bits))
+                );
+            }
+        }
     }
 }

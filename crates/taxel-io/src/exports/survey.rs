@@ -2,6 +2,7 @@
 
 use super::cells::power_of_ten;
 use super::pad::{Pad, Quantity, RawScale};
+use super::zeros::sum_and_largest;
 use super::{Chosen, ExportAbout, ParsedFrame, Parser};
 use crate::error::Error;
 
@@ -87,13 +88,13 @@ impl Survey {
     fn add(&mut self, pad: &Pad, frame: &ParsedFrame, decimals: &mut u8) {
         let position = self.frames;
         self.frames += 1;
-        let sum = sum(&frame.values);
+        let (sum, largest) = sum_and_largest(&frame.values);
         self.sum += sum;
         let is_heavier = self.heaviest.is_none_or(|(_, most)| sum > most);
         if is_heavier {
             self.heaviest = Some((position, sum));
         }
-        self.largest = self.largest.max(largest(&frame.values));
+        self.largest = self.largest.max(largest);
         if *decimals < frame.decimals {
             *decimals = needed_decimals(&frame.values, *decimals);
         }
@@ -124,31 +125,6 @@ impl Survey {
         let spare = if is_raw { 0.0 } else { 1.0 };
         self.bits = bits_of((largest / step).round() + spare);
     }
-}
-
-/// The sum of values, several at once.
-fn sum(values: &[f64]) -> f64 {
-    let (eights, rest) = values.as_chunks::<8>();
-    let mut sums = [0.0; 8];
-    for eight in eights {
-        for (sum, value) in sums.iter_mut().zip(eight) {
-            *sum += value;
-        }
-    }
-    sums.iter().chain(rest).sum()
-}
-
-/// The largest of values that are not negative; several are looked at at once.
-fn largest(values: &[f64]) -> f64 {
-    let (eights, rest) = values.as_chunks::<8>();
-    let larger = |a: f64, b: f64| if b > a { b } else { a };
-    let mut most = [0.0; 8];
-    for eight in eights {
-        for (most, value) in most.iter_mut().zip(eight) {
-            *most = larger(*most, *value);
-        }
-    }
-    most.iter().chain(rest).copied().fold(0.0, larger)
 }
 
 /// The fewest bits of a converter that has a count.
@@ -250,11 +226,6 @@ mod tests {
         {
             assert_eq!(rounded(number), number.round(), "{number}");
         }
-        assert!(largest(&[1.0; 9]) == 1.0 && largest(&[]) == 0.0);
-        assert_eq!(
-            largest(&[0.0, 3.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 2.0, 9.0]),
-            9.0
-        );
     }
 
     /// Scale, exponent and digits of calibrations that were met, and others: each raw count is found from what is written of it.

@@ -8,6 +8,7 @@ mod header;
 pub(super) mod keys;
 mod scale;
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::cells::{Separator, number_and_decimals, number_of, power_of_ten};
@@ -82,6 +83,7 @@ pub(super) fn open(file: &Path) -> Result<(ExportAbout, Box<dyn Parser>), Error>
         rows,
         columns,
         absent: about.pads[0].absent.clone(),
+        absent_bits: about.pads[0].absent.iter().map(|&is| bits(is)).collect(),
         is_raw,
         has_unit: pairs.get("units").is_some(),
         has_rows: pairs.count("rows").is_some(),
@@ -142,6 +144,11 @@ fn set_sides(text: &TextFile, pairs: &Pairs, pad: &mut Pad) -> Result<(), Error>
         })?),
     };
     Ok(())
+}
+
+/// All bits, or none.
+fn bits(all: bool) -> u64 {
+    u64::from(all).wrapping_neg()
 }
 
 /// Whether a line begins a frame; a spreadsheet puts it between quotes.
@@ -224,6 +231,8 @@ struct Tekscan {
     rows: usize,
     columns: usize,
     absent: Vec<bool>,
+    /// All bits of a number that may not be there, none of any other.
+    absent_bits: Vec<u64>,
     is_raw: bool,
     /// Whether the header tells a unit.
     has_unit: bool,
@@ -270,14 +279,18 @@ impl Tekscan {
     }
 
     /// No cell that the first frame has as none may hold a value.
-    fn check_absent(&self, row: &[f64], absent: &[bool]) -> Result<(), Error> {
-        let is_told = |(value, absent): (&f64, &bool)| *absent & (*value > 0.0);
+    fn check_absent(&self, row: &[f64], own: Range<usize>) -> Result<(), Error> {
+        let Some(absent) = self.absent_bits.get(own) else {
+            return Ok(());
+        };
         let pairs = || row.iter().zip(absent);
         // All of them at first, several at once: hardly a row has one.
-        if !pairs().fold(false, |any, pair| any | is_told(pair)) {
+        if pairs().fold(0, |any, (value, bits)| any | value.to_bits() & bits) == 0 {
             return Ok(());
         }
-        let at = pairs().position(is_told).unwrap_or(0);
+        let Some(at) = pairs().position(|(value, bits)| *bits > 0 && *value > 0.0) else {
+            return Ok(());
+        };
         Err(self.text.wrong_at(
             0,
             FORMAT,
@@ -402,16 +415,15 @@ impl Parser for Tekscan {
                 let expected = format!("{} of them", self.rows);
                 return Err(self.text.cut(FORMAT, format!("{row} rows"), expected));
             }
-            let absent = self.absent.get(row * columns..(row + 1) * columns);
+            let own = row * columns..(row + 1) * columns;
+            let absent = self.absent.get(own.clone());
             let is_absent = |place: usize, word: &[u8]| {
                 first::is_absent(word) && absent.is_some_and(|absent| absent[place])
             };
-            let out = &mut frame.values[row * columns..(row + 1) * columns];
+            let out = &mut frame.values[own.clone()];
             let lines = self.lines;
             lines.read_with(&self.text, out, &mut frame.decimals, is_absent)?;
-            if let Some(absent) = absent {
-                self.check_absent(out, absent)?;
-            }
+            self.check_absent(out, own)?;
             beyond = beyond.and_then(|()| self.check_range(out));
         }
         self.check_end()?;
