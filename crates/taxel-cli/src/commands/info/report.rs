@@ -280,9 +280,19 @@ impl Range {
         let (marks, last_marks) = frame.marks().as_chunks::<8>();
         // Eight at once, each into a sum of its own.
         let (mut least, mut most, mut sums) = ([self.least; 8], [self.most; 8], [0.0; 8]);
+        // Places of the eight that nothing was seen at: what reads nothing as well changes none of the three.
+        let mut has_zero = [false; 8];
         for (values, marks) in values.iter().zip(marks) {
+            let is_there: [bool; 8] = std::array::from_fn(|lane| marks[lane] != Mark::Absent);
+            if values.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
+                let pairs = is_there.iter().zip(&has_zero);
+                if !pairs.fold(false, |any, (there, seen)| any | (there & !seen)) {
+                    continue;
+                }
+                (0..8).for_each(|lane| has_zero[lane] |= is_there[lane]);
+            }
             for lane in 0..8 {
-                let (value, is_there) = (values[lane], marks[lane] != Mark::Absent);
+                let (value, is_there) = (values[lane], is_there[lane]);
                 if is_there & (value < least[lane]) {
                     least[lane] = value;
                 }
@@ -309,5 +319,44 @@ impl Range {
 
     pub(super) fn most(&self) -> f64 {
         self.most
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use taxel::Counts;
+
+    /// Of frames of few readings and many, above and below nothing, with absent crossings and without.
+    #[test]
+    fn what_reads_nothing_is_seen_once() {
+        for seed in 0..200usize {
+            let mut frame = Frame::<Counts>::zeros(2, 1 + seed % 67);
+            let (values, marks) = frame.values_and_marks_mut();
+            for (at, (value, mark)) in values.iter_mut().zip(marks).enumerate() {
+                let drawn = (at * 7919 + seed * 104_729) % 1009;
+                if (at / 8 + seed).is_multiple_of(3) {
+                    *value = drawn as f64 / 7.0 - [0.0, 60.0, -1.0][seed % 3];
+                }
+                if (drawn + seed).is_multiple_of(4) {
+                    *mark = Mark::Absent;
+                }
+            }
+            let mut range = Range::default();
+            range.add(&frame);
+            let pairs = frame.values().iter().zip(frame.marks());
+            let there = pairs.filter(|(_, mark)| **mark != Mark::Absent);
+            let there: Vec<f64> = there.map(|(value, _)| *value).collect();
+            assert_eq!(range.readings, there.len() as u64);
+            assert_eq!(
+                range.least,
+                there.iter().copied().fold(f64::INFINITY, f64::min)
+            );
+            assert_eq!(
+                range.most,
+                there.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+            );
+            assert!((range.sum - there.iter().sum::<f64>()).abs() < 1e-9 * (1.0 + range.sum.abs()));
+        }
     }
 }
