@@ -2,6 +2,7 @@
 
 use std::time::SystemTime;
 
+use taxel::Sensor;
 use taxel::calibrate::{Calibration, CalibrationReport, PressResidual, with_error};
 use taxel::stats::mean;
 use taxel_plot::cells;
@@ -129,10 +130,19 @@ fn about(calibration: &Calibration, origin: &CalibrationOrigin) -> Vec<(String, 
     }
     let (rows, columns) = (sensor.rows(), sensor.columns());
     about.push(("Date", date));
-    about.push((
-        "Sensor",
-        format!("{} ({rows} × {columns} taxels)", sensor.name()),
-    ));
+    let crossings = rows * columns;
+    let taxels = (0..crossings)
+        .filter(|&taxel| !sensor.is_absent(taxel))
+        .count();
+    let size = if taxels == crossings {
+        format!("{rows} × {columns} taxels")
+    } else {
+        format!("{rows} × {columns} lines, {taxels} taxels")
+    };
+    about.push(("Sensor", format!("{} ({size})", sensor.name())));
+    if let Some(bad) = bad_lines(sensor) {
+        about.push(("Not measured", bad));
+    }
     let mut presses = format!("{} used", report.presses);
     if !report.suspects.is_empty() {
         presses += &format!(", {} contradicted by the others", report.suspects.len());
@@ -265,6 +275,34 @@ fn parameters(report: &CalibrationReport) -> Table {
         ]);
     }
     table
+}
+
+/// Lines that the sensor file gives up, in words.
+fn bad_lines(sensor: &Sensor) -> Option<String> {
+    let screen = sensor.screen();
+    let lines = |indices: &[usize], one: &str, many: &str, word: &str| {
+        let each: Vec<String> = indices.iter().map(ToString::to_string).collect();
+        let name = if each.len() == 1 { one } else { many };
+        (!each.is_empty()).then(|| format!("{name} {} ({word})", each.join(", ")))
+    };
+    let all = [
+        lines(&screen.dead_rows, "row", "rows", "dead"),
+        lines(&screen.dead_columns, "column", "columns", "dead"),
+        lines(
+            &screen.flickering_rows,
+            "row",
+            "rows",
+            "flickering: where out",
+        ),
+        lines(
+            &screen.flickering_columns,
+            "column",
+            "columns",
+            "flickering: where out",
+        ),
+    ];
+    let all: Vec<String> = all.into_iter().flatten().collect();
+    (!all.is_empty()).then(|| all.join("; "))
 }
 
 /// Why not to use it as it is, and what to know before trusting it.

@@ -32,7 +32,7 @@ impl CheckFiles {
     /// Reads all of them; with the line of the table, from 1, of each press.
     ///
     /// # Errors
-    /// A file that cannot be read; a recording without frames; what [`presses::read_labelled`] refuses.
+    /// A file that cannot be read; a recording without frames; what [`presses::read_measured`] refuses.
     pub fn read(
         &self,
         sensor: &Sensor,
@@ -41,7 +41,9 @@ impl CheckFiles {
         let mut data = CheckData::default();
         let mut lines = Vec::new();
         if let Some(table) = &self.presses {
-            let (read, at) = presses::read_labelled(table, None, self.transpose, sensor, reporter)?;
+            let (read, at, left_out) =
+                presses::read_measured(table, self.transpose, sensor, reporter)?;
+            data.left_out = left_out;
             (data.frames, data.presses, lines) = (
                 read.frames,
                 read.presses,

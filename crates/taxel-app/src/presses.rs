@@ -48,11 +48,64 @@ pub fn read_labelled(
     sensor: &Sensor,
     reporter: &dyn Reporter,
 ) -> Result<(CalibrationData, Vec<Press>), Error> {
-    let (rows, columns) = (sensor.rows(), sensor.columns());
-    let presses = read_presses(table, rows, columns, sensor.array().labels.as_deref())?;
+    let presses = presses_of(table, sensor)?;
     for press in &presses {
         refuse_dead(sensor, table, press)?;
     }
+    labelled(table, presses, equilibration, transpose, sensor, reporter)
+}
+
+/// The same without presses on lines that the sensor file declares dead: these in words.
+///
+/// # Errors
+/// As [`read_labelled`], the first of these presses where there is no other.
+pub fn read_measured(
+    table: &Path,
+    transpose: bool,
+    sensor: &Sensor,
+    reporter: &dyn Reporter,
+) -> Result<(CalibrationData, Vec<Press>, Vec<String>), Error> {
+    let (mut kept, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
+    for press in presses_of(table, sensor)? {
+        match refuse_dead(sensor, table, &press) {
+            Ok(()) => kept.push(press),
+            Err(why @ Error::DeadTaxel { axis, index, .. }) => {
+                left_out.push(format!(
+                    "line {}: {} g on row {}, column {}: the sensor file declares {axis} {index} dead",
+                    press.line, press.load_g, press.row, press.column
+                ));
+                first.get_or_insert(why);
+            }
+            Err(why) => return Err(why),
+        }
+    }
+    match first {
+        Some(why) if kept.is_empty() => Err(why),
+        _ => {
+            let (data, presses) = labelled(table, kept, None, transpose, sensor, reporter)?;
+            Ok((data, presses, left_out))
+        }
+    }
+}
+
+fn presses_of(table: &Path, sensor: &Sensor) -> Result<Vec<taxel_io::Press>, Error> {
+    let labels = sensor.array().labels.as_deref();
+    Ok(read_presses(
+        table,
+        sensor.rows(),
+        sensor.columns(),
+        labels,
+    )?)
+}
+
+fn labelled(
+    table: &Path,
+    presses: Vec<taxel_io::Press>,
+    equilibration: Option<&Path>,
+    transpose: bool,
+    sensor: &Sensor,
+    reporter: &dyn Reporter,
+) -> Result<(CalibrationData, Vec<Press>), Error> {
     refuse_two_loads(table, &presses)?;
     let uniform = match equilibration {
         Some(table) => uniform_loads(table)?,
@@ -72,7 +125,8 @@ pub fn read_labelled(
     });
     let wanted: Vec<Wanted> = of_presses.chain(of_uniform).collect();
     // A frame of a uniform load is held once for each of its lines.
-    check_memory(table, &wanted, uniform.len(), rows * columns)?;
+    let taxels = sensor.rows() * sensor.columns();
+    check_memory(table, &wanted, uniform.len(), taxels)?;
     let mut options = ReadOptions::of(sensor);
     options.transpose = transpose;
     let mut found = read_frames(&wanted, options, reporter)?;

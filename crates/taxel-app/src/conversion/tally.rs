@@ -192,7 +192,9 @@ impl Tally {
         let integrity: Integrity = reading.integrity();
         self.missing = integrity.words();
         let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
-        let readings = Mark::ALL.into_iter().filter(|mark| mark.is_reading());
+        // What is uncertain by more than itself was read all the same, and is in every sum.
+        let is_read = |mark: &Mark| mark.is_reading() || *mark == Mark::Unresolved;
+        let readings = Mark::ALL.into_iter().filter(is_read);
         let taxels = self.taxels.max(1) as f64;
         self.measured_share = readings.map(of).sum::<f64>() / taxels;
         self.below_floor_share = of(Mark::BelowFloor) / taxels;

@@ -223,12 +223,20 @@ impl<'a> Terminal<'a> {
             (GripPhase::Ready, "zero") => GripStep::Zero { force: false },
             (GripPhase::Countdown | GripPhase::Hold, "c" | "cancel") => GripStep::Cancel,
             (GripPhase::Review, "") => GripStep::Accept,
+            (GripPhase::Review, "finish") => {
+                return out::note(
+                    "Enter accepts this trial first, or a reason repeats it; then finish ends the session early",
+                );
+            }
             (GripPhase::Review, reason) => GripStep::Repeat {
                 reason: reason.to_owned(),
             },
             (GripPhase::Rest, "") => GripStep::SkipRest,
             (_, "finish") => GripStep::Finish,
-            _ => return,
+            (_, "") => return,
+            (_, other) => {
+                return out::note(&format!("{other} is nothing that can be done now"));
+            }
         };
         match self.desk.step(step) {
             Ok(text) if text.is_empty() => {}

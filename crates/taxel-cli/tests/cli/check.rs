@@ -116,3 +116,26 @@ fn errors_of_another_calibration_are_refused() {
         assert!(run.err.contains(words), "{words}: {run}");
     }
 }
+
+/// The others tell the scale all the same, and the press is named.
+#[test]
+fn a_press_on_a_dead_line_is_left_out_and_named() {
+    let folder = pressed("8.7045e-6");
+    let text = folder.read("check.csv");
+    let dead = text.lines().nth(1).unwrap().split(',').nth(2).unwrap();
+    let on_it = text
+        .lines()
+        .skip(1)
+        .filter(|line| line.split(',').nth(2) == Some(dead))
+        .count();
+    let sensor = folder.read("calibrated.toml");
+    folder.write(
+        "calibrated.toml",
+        &format!("{sensor}\n[screen]\ndead_rows = [{dead}]\n"),
+    );
+    let run = folder.taxel(CHECK);
+    assert_eq!(run.code, Some(3), "{run}");
+    assert!(run.out.contains("conductance  1.0"), "{run}");
+    let named = format!("the sensor file declares row {dead} dead");
+    assert_eq!(run.out.matches(&named).count(), on_it, "{run}");
+}

@@ -25,6 +25,15 @@ pub fn with_error(value: f64, error: Option<f64>) -> (String, Option<String>) {
     )
 }
 
+/// A value with so many decimals; what is nothing then has no sign.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.bytes().all(|byte| matches!(byte, b'0' | b'.')) => digits.to_owned(),
+        _ => text,
+    }
+}
+
 fn four_digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");

@@ -3,6 +3,7 @@
 
 use super::LawChoice;
 use super::choose::{MIN_OFFSET_COUNTS, Search};
+use super::digits::fixed;
 use super::fit::{Effort, Fitted, refine_alone, switches_by_ghosts};
 use super::fit_law::LAWS;
 use super::model::{Model, Unknown};
@@ -175,8 +176,8 @@ impl Search<'_> {
                 "spread",
                 false,
                 format!(
-                    "neighbours take {:.2} % of a load, from {isolated} presses",
-                    100.0 * (1.0 - kept)
+                    "neighbours take {} % of a load, from {isolated} presses",
+                    fixed(100.0 * (1.0 - kept), 2)
                 ),
             );
             return Ok(());

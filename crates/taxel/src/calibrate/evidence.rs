@@ -61,7 +61,7 @@ impl Evidence {
             lines.observe(frame)?;
         }
         let mut faults = lines.finish().with_declared(sensor.screen());
-        add_silent(&mut faults, data);
+        add_silent(&mut faults, sensor, data);
         let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
         let options = options(sensor, data, &faults, least_at_ceiling_g.is_some());
         let (rows, columns) = (sensor.rows(), sensor.columns());

@@ -44,7 +44,7 @@ mod uniform_loads;
 mod words;
 mod write;
 
-pub use digits::with_error;
+pub use digits::{fixed, with_error};
 pub use dynamic::{DynamicFit, LoadSeries, fit_dynamic};
 pub use fit_law::{LawFit, fit_pairs, suspect_pairs};
 pub use next_press::{MadePress, PlannedPress, PressPlan, PressReason};

@@ -5,7 +5,7 @@ use super::{CalibrationData, PressLabel};
 use crate::screen::{Axis, Level, LineFault, LineFaultKind, LineFaults};
 use crate::sensor::ScreenSpec;
 use crate::stats::median;
-use crate::{Counts, Frame, Mark};
+use crate::{Counts, Frame, Mark, Sensor};
 
 /// A line is silent whose median reading is less than this share of the frame's.
 const SHARE: f64 = 0.1;
@@ -143,14 +143,17 @@ const MIN_SILENT: u64 = 2;
 
 /// Adds lines that read nothing under an even load, in all frames or in some: no other load beside them tells as much. A line
 /// on which a labelled press is read is not dead, but was not reached by the even load.
-pub(super) fn add_silent(faults: &mut LineFaults, data: &CalibrationData) {
+pub(super) fn add_silent(faults: &mut LineFaults, sensor: &Sensor, data: &CalibrationData) {
     let loaded = data.uniform.iter().filter(|(_, load_g)| *load_g > 0.0);
     let mut silent: Option<Silent> = None;
     let mut usual = Vec::new();
     for (frame, _) in loaded {
         let silent = silent.get_or_insert_with(|| Silent::new(frame.rows(), frame.columns()));
         usual.push(typical(frame));
-        silent.mark(&mut frame.clone());
+        let mut looked_at = frame.clone();
+        // A line without a taxel reads nothing, and is not dead.
+        sensor.mark_absent(looked_at.marks_mut());
+        silent.mark(&mut looked_at);
     }
     let usual_counts = crate::stats::median(usual).unwrap_or(0.0);
     let found = silent.map_or_else(Vec::new, |silent| silent.faults(usual_counts));
@@ -202,4 +205,34 @@ pub(super) fn mark_silent(frame: &mut Frame<Counts>, load_g: f64, faults: &LineF
 pub(super) fn comes_and_goes(faults: &LineFaults, row: usize, column: usize) -> bool {
     faults.flickering_rows().any(|line| line == row)
         || faults.flickering_columns().any(|line| line == column)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sensor::{Population, preset};
+
+    /// Column 0 has no taxel, column 3 reads nothing.
+    #[test]
+    fn a_line_without_a_taxel_is_not_dead() {
+        let mat = preset("mat-16x16-cd4067").unwrap();
+        let sensor = mat.edited(|spec| {
+            let row = (0..16).map(|column| f64::from(u8::from(column > 0)));
+            spec.array.population = Some(Population::Each(vec![row.collect(); 16]));
+        });
+        let sensor = sensor.unwrap();
+        let mut frame = Frame::<Counts>::zeros(16, 16);
+        for (at, value) in frame.values_mut().iter_mut().enumerate() {
+            *value = if matches!(at % 16, 0 | 3) { 0.0 } else { 500.0 };
+        }
+        let data = CalibrationData {
+            uniform: vec![(frame.clone(), 100.0), (frame, 200.0)],
+            ..CalibrationData::default()
+        };
+        let mut faults = LineFaults::default();
+        add_silent(&mut faults, &sensor, &data);
+        let found: Vec<usize> = faults.dead(Axis::Column).collect();
+        assert_eq!(found, [3]);
+        assert_eq!(faults.faults.len(), 1);
+    }
 }

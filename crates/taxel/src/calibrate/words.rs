@@ -2,6 +2,7 @@
 
 use super::EffectFinding;
 use super::choose::Search;
+use super::digits::fixed;
 use super::effects::SPREAD;
 use super::model::{Model, Unknown};
 use super::polish::MIN_ALONE;
@@ -33,8 +34,8 @@ impl Search<'_> {
         let error = |u: Unknown| found.error_of(u).unwrap_or(f64::NAN);
         let pm = |u: Unknown, factor: f64| {
             format!(
-                "{:.2} ± {:.2}",
-                factor * found.model.get(u),
+                "{} ± {:.2}",
+                fixed(factor * found.model.get(u), 2),
                 factor * error(u)
             )
         };
@@ -48,8 +49,8 @@ impl Search<'_> {
                 Unknown::SpreadRow,
                 "spread",
                 format!(
-                    "neighbours take {:.1} % of a load (one row away {} %, one column {} %, diagonal {} %), from {}",
-                    100.0 * (1.0 - kept),
+                    "neighbours take {} % of a load (one row away {} %, one column {} %, diagonal {} %), from {}",
+                    fixed(100.0 * (1.0 - kept), 1),
                     pm(SPREAD[0], 100.0),
                     pm(SPREAD[1], 100.0),
                     pm(SPREAD[2], 100.0),

@@ -4,6 +4,7 @@ use super::CheckData;
 use super::scale::Reading;
 use crate::calibrate::PressLabel;
 use crate::frame::grams_from_newtons;
+use crate::metric::CONTACT_NEWTONS;
 use crate::pipeline::Pipeline;
 use crate::screen::{LineFaults, LineScreen};
 use crate::sensor::UncertaintySpec;
@@ -108,7 +109,7 @@ impl Reader {
 impl<'a> Measurement<'a> {
     pub(super) fn new(sensor: &'a Sensor, data: &'a CheckData) -> Result<Self, Error> {
         let mut reader = Reader::new(sensor, &line_faults(sensor, data)?)?;
-        let mut left_out = Vec::new();
+        let mut left_out = data.left_out.clone();
         let mut frames = Vec::with_capacity(data.frames.len());
         for (i, frame) in data.frames.iter().enumerate() {
             let solved = reader.solve(frame, true)?;
@@ -131,6 +132,7 @@ impl<'a> Measurement<'a> {
             left_out,
         };
         found.name_lost();
+        found.drop_hidden_totals()?;
         Ok(found)
     }
 
@@ -150,17 +152,32 @@ impl<'a> Measurement<'a> {
                 ));
             }
         }
-        let lost = |solved: &Solved| solved.marks.iter().filter(|m| !is_measured(**m)).count();
-        let all = self.sensor.rows() * self.sensor.columns();
-        for frames in &self.totals {
-            let each = frames.iter().map(|solved| lost(solved) as f64);
-            match median(each) {
-                Some(taxels) if taxels > 0.0 => self.left_out.push(format!(
-                    "{taxels} of {all} taxels were not measured under a total: what stands on them is missing from it"
-                )),
-                _ => {}
+    }
+
+    /// Leaves out totals part of which may stand where nothing was measured: beside a load. What the rest carries tells no scale.
+    fn drop_hidden_totals(&mut self) -> Result<(), Error> {
+        let mut laws = Pipeline::new(self.sensor, default_method(self.sensor)?)?;
+        let (rows, columns) = (self.sensor.rows(), self.sensor.columns());
+        let mut loads = Frame::<Grams>::zeros(rows, columns);
+        for (frames, (_, load_g)) in self.totals.iter_mut().zip(&self.data.totals) {
+            let mut hidden = Vec::new();
+            for solved in &*frames {
+                loads_into(&mut laws, solved, &mut loads)?;
+                hidden.push(lost_beside_loads(solved, &loads) as f64);
+            }
+            if let Some(taxels) = median(hidden).filter(|taxels| *taxels > 0.0) {
+                self.left_out.push(format!(
+                    "a total of {load_g:.0} g: {taxels:.0} taxels beside loads were not measured, and what stands on them is missing from its sum"
+                ));
+                frames.clear();
             }
         }
+        Ok(())
+    }
+
+    /// Whether loads were to be compared.
+    pub(super) fn has_known_loads(&self) -> bool {
+        !self.data.presses.is_empty() || !self.data.totals.is_empty()
     }
 
     /// Whether it is known what the empty array reads.
@@ -281,6 +298,25 @@ fn around(
     let columns = column.saturating_sub(to)..=(column + to).min(loads.columns() - 1);
     rows.flat_map(move |r| columns.clone().map(move |c| (r, c)))
         .filter(move |&(r, c)| r.abs_diff(row).max(c.abs_diff(column)) >= from)
+}
+
+/// Taxels that were not measured and may carry something: one next to them does.
+fn lost_beside_loads(solved: &Solved, loads: &Frame<Grams>) -> usize {
+    let largest_g = loads.values().iter().copied().fold(0.0, f64::max);
+    let least_g = grams_from_newtons(CONTACT_NEWTONS).max(RING_SHARE * largest_g);
+    let (rows, columns) = (loads.rows(), loads.columns());
+    let is_loaded =
+        |taxel: usize| is_measured(solved.marks[taxel]) && loads.values()[taxel] > least_g;
+    let is_beside = |taxel: &usize| {
+        let (row, column) = (taxel / columns, taxel % columns);
+        let mut near = (row.saturating_sub(1)..=(row + 1).min(rows - 1)).flat_map(|r| {
+            (column.saturating_sub(1)..=(column + 1).min(columns - 1)).map(move |c| (r, c))
+        });
+        near.any(|(r, c)| is_loaded(r * columns + c))
+    };
+    let lost = solved.marks.iter().enumerate();
+    let lost = lost.filter(|(_, mark)| !is_measured(**mark) && **mark != Mark::Absent);
+    lost.filter(|(taxel, _)| is_beside(taxel)).count()
 }
 
 fn is_measured(mark: Mark) -> bool {

@@ -26,6 +26,8 @@ pub struct CheckData {
     pub presses: Vec<PressLabel>,
     /// Frames under one known load on the whole array, grams: a person, a plate.
     pub totals: Vec<(Vec<Frame<Counts>>, f64)>,
+    /// What of it was left out before, in words.
+    pub left_out: Vec<String>,
     /// Frames of the array with nothing on it.
     pub empty: Vec<Frame<Counts>>,
 }

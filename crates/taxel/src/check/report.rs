@@ -92,7 +92,10 @@ impl fmt::Display for CheckReport {
                 "scale        {value} {error}: what loads read is divided by"
             )?;
             match self.scale_tolerance {
-                Some(within) => writeln!(f, "; unchanged is 1 ± {within:.2}")?,
+                Some(within) => {
+                    let (_, within) = with_error(1.0, Some(within));
+                    writeln!(f, "; unchanged is 1 ± {}", within.unwrap_or_default())?;
+                }
                 None => writeln!(f)?,
             }
         }

@@ -132,6 +132,43 @@ fn totals_tell_a_scale_and_an_empty_array_an_offset() {
     assert!(report.offset_g.unwrap().abs() < 0.5, "{report}");
 }
 
+/// Part of a total stands where nothing is measured: what the rest carries tells no scale, and none is made up. Where nothing stands
+/// beside what is not measured, nothing is missing.
+#[test]
+fn a_total_part_of_which_is_hidden_tells_no_scale() {
+    let (base, truth) = pair("mat-16x16-cd4067", 1.08, 1);
+    let (counts, loads) = &validation_frames(&truth, 1)[0];
+    let total: f64 = loads.values().iter().sum();
+    let of_row = |row: usize| -> f64 { loads.values()[row * 16..][..16].iter().sum() };
+    let data = CheckData {
+        totals: vec![(vec![counts.clone()], total)],
+        ..CheckData::default()
+    };
+    let without = |row: usize| {
+        let base = base
+            .edited(|spec| spec.screen.dead_rows = vec![row])
+            .unwrap();
+        check(&base, &data).unwrap()
+    };
+    let most = (0..16)
+        .max_by(|a, b| of_row(*a).total_cmp(&of_row(*b)))
+        .unwrap();
+    let report = without(most);
+    assert_eq!(
+        (report.scale, report.verdict, report.left_out.len()),
+        (None, Verdict::Recalibrate, 1),
+        "{report}"
+    );
+    let far = (0..16usize)
+        .find(|&row| (row.saturating_sub(1)..=(row + 1).min(15)).all(|row| of_row(row) == 0.0));
+    let report = without(far.expect("blobs leave rows alone"));
+    assert!(
+        (report.conductance_scale.unwrap() - 1.08).abs() < 0.0265,
+        "{report}"
+    );
+    assert!(report.left_out.is_empty(), "{report}");
+}
+
 #[test]
 fn labels_that_contradict_each_other_are_named_and_few_presses_tell_little() {
     let (base, truth) = pair("mat-16x16-cd4067", 1.0, 3);

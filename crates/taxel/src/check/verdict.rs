@@ -40,6 +40,7 @@ struct Told<'a> {
     /// What unloaded taxels read with its standard error, grams.
     offset: Option<(f64, Option<f64>)>,
     has_empty: bool,
+    has_known_loads: bool,
 }
 
 /// The verdict on a sensor without an earlier check.
@@ -58,6 +59,7 @@ pub(super) fn judge(sensor: &Sensor, measured: Measurement<'_>) -> Result<CheckR
         after: measured.read(conductance)?,
         offset: offset(&before),
         has_empty: measured.has_empty(),
+        has_known_loads: measured.has_known_loads(),
         before,
     };
     Ok(told.report(sensor, measured.left_out))
@@ -202,6 +204,9 @@ impl Told<'_> {
         after: Option<&Intervals>,
     ) -> (Verdict, Vec<String>) {
         let mut reasons = Vec::new();
+        if self.scale.is_none() && self.has_known_loads {
+            reasons.push("none of the known loads could be compared".to_owned());
+        }
         if self.is_scattered() {
             reasons.push("the loads contradict each other".to_owned());
         }
@@ -350,6 +355,7 @@ mod tests {
             after,
             offset: None,
             has_empty: false,
+            has_known_loads: true,
         };
         let error = told.scale.map_or(0.0, |scale| scale.standard_error);
         let before = told.intervals(&told.before, told.fit_share());

@@ -70,7 +70,8 @@ impl Converter {
             }
         }
         for value in counts.values_mut() {
-            *value = value.round().clamp(0.0, self.max_count);
+            // What noise leaves below nothing is nothing, without a sign.
+            *value = value.round().clamp(0.0, self.max_count) + 0.0;
             if self.floor_count.is_some_and(|floor| *value <= floor) {
                 *value = 0.0;
             }

@@ -5,6 +5,7 @@ use std::fmt::{self, Write as _};
 
 use serde::Serialize;
 use taxel::Mark;
+use taxel::calibrate::fixed;
 use taxel::frame::grams_from_newtons;
 use taxel_plot::report::{Cell, Table};
 
@@ -113,7 +114,8 @@ impl<'a> Report<'a> {
         }
         self.tell_of_tares();
         if let Some(zero) = self.zero_n {
-            out::note(&format!("the zero takes {zero:.2} N off the total"));
+            let taken = fixed(zero, 2);
+            out::note(&format!("the zero takes {taken} N off the total"));
             self.doubt_zero(zero);
         }
         if self.saturated_frames > 0 {
@@ -152,14 +154,15 @@ impl Report<'_> {
             ..
         } in self.tares
         {
+            let taken = fixed(*newtons, 2);
             if self.no_tare {
                 out::note(&format!(
-                    "the tare of the recording, {newtons:.2} N from frame number {from_frame} on, is left on"
+                    "the tare of the recording, {taken} N from frame number {from_frame} on, is left on"
                 ));
                 continue;
             }
             out::note(&format!(
-                "the tare of the recording takes {newtons:.2} N off the total, from frame number {from_frame} on (--no-tare leaves it on)"
+                "the tare of the recording takes {taken} N off the total, from frame number {from_frame} on (--no-tare leaves it on)"
             ));
             self.doubt_zero(*newtons);
         }
