@@ -1,9 +1,9 @@
 //! A calibration in four pictures: what is left, how often the stated intervals hold it, how taxels differ, and the law.
 
-use taxel::Sensor;
 use taxel::calibrate::{Calibration, PressResidual};
 use taxel::material::LoadLaw;
 use taxel::stats::median;
+use taxel::{Mark, Sensor};
 use taxel_plot::{Board, ColourMap, Interpolation, Line, LineStyle, Panel, Picture, Series};
 
 use crate::error::Error;
@@ -184,7 +184,10 @@ fn gains(sensor: &Sensor, law: &LoadLaw, usual_g: f64) -> Result<Picture, Error>
     let all: Vec<f64> = (0..taxels)
         .map(|taxel| law.siemens_from_grams(taxel, usual_g) - g_zero)
         .collect();
-    let middle = median(all.iter().copied()).unwrap_or(1.0);
+    let there = (0..taxels).filter(|&taxel| !sensor.is_absent(taxel));
+    let middle = median(there.map(|taxel| all[taxel])).unwrap_or(1.0);
+    let mut marks = vec![Mark::Good; taxels];
+    sensor.mark_absent(&mut marks);
     let gains: Vec<f64> = all.iter().map(|g| g / middle).collect();
     let alike = gains.iter().all(|gain| (gain - 1.0).abs() < 1e-9);
     let title = if alike {
@@ -193,6 +196,7 @@ fn gains(sensor: &Sensor, law: &LoadLaw, usual_g: f64) -> Result<Picture, Error>
         format!("Gain of each taxel at {usual_g:.0} g, of their median")
     };
     let mut panel = Panel::new(sensor.rows(), sensor.columns(), &gains)?
+        .marks(&marks)?
         .title(title)
         .quantity("gain")
         .pitch_mm(sensor.array().pitch_mm)
@@ -209,6 +213,7 @@ fn the_law(sensor: &Sensor, law: &LoadLaw, most_g: f64) -> Result<Series, Error>
     let loads = curve(most_g);
     let taxels = 0..sensor.rows() * sensor.columns();
     let mut by_gain: Vec<(f64, usize)> = taxels
+        .filter(|&taxel| !sensor.is_absent(taxel))
         .map(|taxel| (law.siemens_from_grams(taxel, most_g / 2.0), taxel))
         .collect();
     by_gain.sort_by(|a, b| a.0.total_cmp(&b.0));

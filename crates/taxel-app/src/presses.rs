@@ -71,7 +71,7 @@ pub fn read_measured(
             Ok(()) => kept.push(press),
             Err(why @ Error::DeadTaxel { axis, index, .. }) => {
                 left_out.push(format!(
-                    "line {}: {} g on row {}, column {}: the sensor file declares {axis} {index} dead",
+                    "line {}: {:.1} g on row {}, column {}: the sensor file declares {axis} {index} dead",
                     press.line, press.load_g, press.row, press.column
                 ));
                 first.get_or_insert(why);

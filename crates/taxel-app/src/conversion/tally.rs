@@ -19,6 +19,9 @@ pub const NAMED: usize = 10;
 const BELOW_SHARE: f64 = 0.9;
 const BELOW_NEWTONS: f64 = 0.5;
 
+/// Why the inverse stops with an answer.
+const ANSWERS: [&str; 2] = ["direct", "converged"];
+
 /// A recording's frames, counted by what became of them.
 #[derive(Debug, Serialize)]
 #[non_exhaustive]
@@ -40,6 +43,9 @@ pub struct Tally {
     /// Readings of taxels that there are, over all frames.
     #[serde(skip)]
     taxels: u64,
+    /// Those that are uncertain by more than themselves, in frames with an answer: read all the same, and in every sum.
+    #[serde(skip)]
+    uncertain: u64,
     /// Share of the taxels, over all frames, whose own reading stands behind their number, be it a bound, 0 to 1.
     pub measured_share: f64,
     /// Share of the readings that are below what the recorder keeps, 0 to 1.
@@ -136,6 +142,7 @@ impl Tally {
             skipped: Vec::new(),
             missing: Vec::new(),
             taxels: 0,
+            uncertain: 0,
             measured_share: 0.0,
             below_floor_share: 0.0,
             loads_below_nothing: false,
@@ -151,6 +158,10 @@ impl Tally {
             self.add_outcome(frame.sequence(), outcome);
         }
         self.add_numbers(&frame.shown);
+        let is_answer = |outcome: &Outcome| ANSWERS.contains(&stop_words(outcome).0);
+        if frame.outcome.as_ref().is_none_or(is_answer) {
+            self.uncertain += frame.shown.count(Mark::Unresolved) as u64;
+        }
         let force = |row: &FigureRow| row.total_force.value;
         let before = self.heaviest_frame.as_ref().map(force);
         let heavier = frame
@@ -192,11 +203,9 @@ impl Tally {
         let integrity: Integrity = reading.integrity();
         self.missing = integrity.words();
         let of = |mark: Mark| self.marks.get(mark.word()).copied().unwrap_or(0) as f64;
-        // What is uncertain by more than itself was read all the same, and is in every sum.
-        let is_read = |mark: &Mark| mark.is_reading() || *mark == Mark::Unresolved;
-        let readings = Mark::ALL.into_iter().filter(is_read);
+        let readings = Mark::ALL.into_iter().filter(|mark| mark.is_reading());
         let taxels = self.taxels.max(1) as f64;
-        self.measured_share = readings.map(of).sum::<f64>() / taxels;
+        self.measured_share = (readings.map(of).sum::<f64>() + self.uncertain as f64) / taxels;
         self.below_floor_share = of(Mark::BelowFloor) / taxels;
         self.loads_below_nothing = self.loads.as_ref().is_some_and(Loads::are_below_nothing);
     }
@@ -212,10 +221,9 @@ impl Tally {
 
     /// Frames whose inverse came to no answer.
     pub fn unsolved_frames(&self) -> u64 {
-        let good = ["direct", "converged"];
         let stops = self.stops.iter();
         stops
-            .filter(|(word, _)| !good.contains(word))
+            .filter(|(word, _)| !ANSWERS.contains(word))
             .map(|(_, n)| n)
             .sum()
     }

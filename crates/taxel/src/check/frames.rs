@@ -175,9 +175,10 @@ impl<'a> Measurement<'a> {
         Ok(())
     }
 
-    /// Whether loads were to be compared.
+    /// Whether loads above nothing were to be compared.
     pub(super) fn has_known_loads(&self) -> bool {
-        !self.data.presses.is_empty() || !self.data.totals.is_empty()
+        let presses = &self.data.presses;
+        presses.iter().any(|press| press.load_g > 0.0) || !self.data.totals.is_empty()
     }
 
     /// Whether it is known what the empty array reads.
