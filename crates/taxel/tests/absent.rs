@@ -5,6 +5,7 @@ use rand_chacha::ChaCha8Rng;
 use taxel::circuit::{Circuit, LinearCircuit};
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
+use taxel::screen::{FrameScreen, LineFaults};
 use taxel::sensor::{Population, Topology, preset};
 use taxel::simulate::{Pattern, VirtualSensor, calibration_data};
 use taxel::solve;
@@ -261,4 +262,43 @@ fn a_calibration_finds_the_circuit_of_an_array_with_holes() {
     )
     .unwrap_err();
     assert!(error.to_string().contains("there is no taxel"), "{error}");
+}
+
+/// Every line's taxels stand in the gaps of its neighbours', as in an insole: what presses beside it is one row away.
+#[test]
+fn a_line_that_comes_and_goes_is_told_by_taxels_beside_its_gaps() {
+    let is_there = |row: usize, column: usize| (row + column).is_multiple_of(2);
+    let mat = preset("mat-16x16-cd4067").unwrap();
+    let sensor = mat.edited(|spec| {
+        let row = |row| {
+            (0..16)
+                .map(|c| f64::from(u8::from(is_there(row, c))))
+                .collect()
+        };
+        spec.array.population = Some(Population::Each((0..16).map(row).collect()));
+        spec.screen.flickering_columns = vec![5];
+    });
+    let sensor = sensor.unwrap();
+    let mut screen = FrameScreen::from_sensor(&sensor);
+    screen.set_lines(&LineFaults::from_spec(sensor.screen()));
+    // In, out under a load, in, out at the end of a contact that ends before it.
+    for (is_in, rows, is_out) in [
+        (true, 4..11, false),
+        (false, 4..11, true),
+        (true, 4..11, false),
+        (false, 0..0, false),
+    ] {
+        let mut frame = Frame::<Counts>::zeros(16, 16);
+        for row in rows {
+            for column in [3, 4, 5, 6]
+                .into_iter()
+                .filter(|&c| is_there(row, c) && (is_in || c != 5))
+            {
+                frame.values_mut()[16 * row + column] = 600.0 + row as f64;
+            }
+        }
+        screen.mark(&mut frame).unwrap();
+        let out = frame.count(Mark::Flickering);
+        assert_eq!(out, if is_out { 8 } else { 0 });
+    }
 }

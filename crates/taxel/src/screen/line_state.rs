@@ -289,6 +289,17 @@ pub(super) fn classify(
     verdict
 }
 
+/// What a line reads at a place; where there is no taxel, as where those of its neighbour stand in its gaps, the greater of the two
+/// next to it.
+fn reading_near(line: &[f64], place: usize) -> f64 {
+    if is_there(line[place]) {
+        return line[place];
+    }
+    let at = |place: Option<usize>| place.and_then(|place| line.get(place)).copied();
+    let next = [at(place.checked_sub(1)), at(place.checked_add(1))];
+    next.into_iter().flatten().fold(NOWHERE, greater)
+}
+
 /// Of a line that is known to come and go: whether the line before it or the one after carries a load at two places or more, and
 /// it none at any of them. It may be in, and at the edge of a contact: then nothing is lost where it counts as out, since
 /// nothing stands on it. No frame tells the two apart where an unloaded taxel reads as little as one that is out.
@@ -307,7 +318,7 @@ fn is_silent_beside_a_load(
         let beside = near
             .iter()
             .flatten()
-            .map(|&line| lines.of_line(line)[place]);
+            .map(|&line| reading_near(lines.of_line(line), place));
         let load = beside.fold(NOWHERE, greater);
         let is_load = (load > thresholds.really_loaded) & (load < thresholds.ceiling);
         loaded += u64::from(is_load & is_there(own));
