@@ -154,14 +154,9 @@ impl Tally {
 
     /// Counts one frame.
     pub fn add(&mut self, frame: &Converted) {
-        if let Some(outcome) = &frame.outcome {
-            self.add_outcome(frame.sequence(), outcome);
-        }
-        self.add_numbers(&frame.shown);
-        let is_answer = |outcome: &Outcome| ANSWERS.contains(&stop_words(outcome).0);
-        if frame.outcome.as_ref().is_none_or(is_answer) {
-            self.uncertain += frame.shown.count(Mark::Unresolved) as u64;
-        }
+        let outcome = frame.outcome.as_ref();
+        let is_answer = outcome.is_none_or(|outcome| self.add_outcome(frame.sequence(), outcome));
+        self.add_numbers(&frame.shown, is_answer);
         let force = |row: &FigureRow| row.total_force.value;
         let before = self.heaviest_frame.as_ref().map(force);
         let heavier = frame
@@ -172,22 +167,27 @@ impl Tally {
         }
     }
 
-    fn add_outcome(&mut self, frame: u64, outcome: &Outcome) {
+    /// Whether it is one with an answer.
+    fn add_outcome(&mut self, frame: u64, outcome: &Outcome) -> bool {
         let (word, why) = stop_words(outcome);
         *self.stops.entry(word).or_default() += 1;
         self.ambiguous_frames += u64::from(outcome.ambiguous);
         if let Some(why) = why.filter(|_| self.unsolved.len() < NAMED) {
             self.unsolved.push(NamedFrame { frame, why });
         }
+        ANSWERS.contains(&word)
     }
 
-    fn add_numbers(&mut self, frame: &Frame<DisplayUnit>) {
+    fn add_numbers(&mut self, frame: &Frame<DisplayUnit>, is_answer: bool) {
         self.frames += 1;
         if let Some(loads) = &mut self.loads {
             loads.add(frame);
         }
         let counts = frame.count_marks();
         self.taxels += counts.taxels() as u64;
+        if is_answer {
+            self.uncertain += counts.of(Mark::Unresolved) as u64;
+        }
         for mark in Mark::ALL {
             let count = counts.of(mark) as u64;
             if count > 0 && mark != Mark::Absent {

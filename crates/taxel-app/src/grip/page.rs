@@ -1,6 +1,7 @@
 //! The one page of a grip session.
 
 use taxel::Sensor;
+use taxel::calibrate::fixed;
 use taxel::frame::STANDARD_GRAVITY;
 use taxel_plot::cells;
 use taxel_plot::report::{Report, Section, Table};
@@ -129,12 +130,10 @@ fn about(record: &GripRecord, sensor: &Sensor) -> Vec<(String, String)> {
 
 /// What was taken off as the zero, how often, and how far it drifted.
 fn zeros(record: &GripRecord) -> Option<String> {
-    // As they are shown; what is nothing then has no sign.
-    let shown = |newtons: &f64| (100.0 * newtons).round() / 100.0 + 0.0;
-    let zeros: Vec<f64> = record.zeros_newtons.iter().map(shown).collect();
-    let [first, .., last] = zeros[..] else {
+    let zeros: Vec<String> = record.zeros_newtons.iter().map(|&n| fixed(n, 2)).collect();
+    let [first, .., last] = &zeros[..] else {
         let only = zeros.first()?;
-        return Some(format!("taken once, {only:.2} N off"));
+        return Some(format!("taken once, {only} N off"));
     };
     let by_itself = if record.protocol.zero_before_trials {
         ", by itself before each trial"
@@ -142,7 +141,7 @@ fn zeros(record: &GripRecord) -> Option<String> {
         ""
     };
     Some(format!(
-        "taken {} times{by_itself}: {first:.2} N off at first, {last:.2} N at last",
+        "taken {} times{by_itself}: {first} N off at first, {last} N at last",
         zeros.len()
     ))
 }
