@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
+use taxel::frame::are_zeros;
 use taxel::solve::Outcome;
 use taxel::{Frame, Mark};
 use taxel_io::{Integrity, Skipped};
@@ -89,7 +90,7 @@ impl Loads {
         let (marks, last_marks) = frame.marks().as_chunks::<8>();
         for (values, marks) in values.iter().zip(marks) {
             // Most of what a mat shows is nothing.
-            if values.iter().fold(0, |any, load| any | load.to_bits()) == 0 {
+            if are_zeros(values) {
                 continue;
             }
             self.add_measured(values, marks);

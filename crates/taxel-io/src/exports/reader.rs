@@ -2,12 +2,12 @@
 
 use std::path::Path;
 
+use taxel::frame::are_zeros;
 use taxel::{Counts, Frame, Mark};
 
 use super::cells::power_of_ten;
 use super::pad::{Pad, Quantity, RawScale};
 use super::survey::{self, Survey, rounded};
-use super::zeros::are_zeros;
 use super::{ExportAbout, ParsedFrame, Parser, choose, file_and_pad, format_of};
 use crate::error::{Error, ExportError, other_shape};
 use crate::integrity::Integrity;

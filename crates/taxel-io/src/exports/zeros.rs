@@ -1,10 +1,6 @@
 //! Loops over numbers of which most are nothing: eight of those are gone past at once.
 
-/// Whether eight numbers are all 0, and none of them is below it by its sign alone.
-#[inline(always)]
-pub(super) fn are_zeros(eight: &[f64; 8]) -> bool {
-    eight.iter().fold(0, |any, value| any | value.to_bits()) == 0
-}
+use taxel::frame::are_zeros;
 
 /// The sum of numbers, added one after the other from 0 on.
 pub(super) fn sum_in_order(values: &[f64]) -> f64 {

@@ -196,11 +196,11 @@ impl Search<'_> {
             "spread",
             used,
             format!(
-                "neighbours take {:.1} % of a load (one row away {:.2} %, one column {:.2} %, diagonal {:.2} %), from {isolated} presses; {}",
-                100.0 * away,
-                100.0 * spread.row,
-                100.0 * spread.column,
-                100.0 * spread.diagonal,
+                "neighbours take {} % of a load (one row away {} %, one column {} %, diagonal {} %), from {isolated} presses; {}",
+                fixed(100.0 * away, 1),
+                fixed(100.0 * spread.row, 2),
+                fixed(100.0 * spread.column, 2),
+                fixed(100.0 * spread.diagonal, 2),
                 gained(gain, errors)
             ),
         );

@@ -1,7 +1,7 @@
 //! All sums of a frame in one pass, eight taxels at a time.
 
 use super::is_usable;
-use crate::frame::all_good;
+use crate::frame::{all_good, are_zeros};
 use crate::{Frame, Mark, Newtons};
 
 /// Taxels that are looked at together.
@@ -88,7 +88,7 @@ impl Sums {
         threshold_newtons: f64,
     ) {
         // Most of what a mat shows is nothing.
-        if loads.iter().fold(0, |any, load| any | load.to_bits()) == 0 {
+        if are_zeros(loads) {
             return;
         }
         self.has_loads = true;

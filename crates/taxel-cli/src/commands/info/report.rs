@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use serde::Serialize;
+use taxel::frame::are_zeros;
 use taxel::screen::ScreenReport;
 use taxel::{Frame, Mark};
 use taxel_io::exports::{ExportAbout, Survey, file_of};
@@ -284,7 +285,7 @@ impl Range {
         let mut has_zero = [false; 8];
         for (values, marks) in values.iter().zip(marks) {
             let is_there: [bool; 8] = std::array::from_fn(|lane| marks[lane] != Mark::Absent);
-            if values.iter().fold(0, |any, value| any | value.to_bits()) == 0 {
+            if are_zeros(values) {
                 let pairs = is_there.iter().zip(&has_zero);
                 if !pairs.fold(false, |any, (there, seen)| any | (there & !seen)) {
                     continue;
