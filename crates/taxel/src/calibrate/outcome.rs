@@ -214,6 +214,7 @@ mod tests {
                 faulty: 10,
                 tested: 30,
                 median_counts: 0.0,
+                has_fallen: false,
                 next_to: 100.0,
             };
             evidence.faults.faults = (0..faulty).map(line).collect();

@@ -108,6 +108,7 @@ impl Silent {
                 faulty: count as u64,
                 tested: self.frames as u64,
                 median_counts: 0.0,
+                has_fallen: false,
                 next_to: usual_counts,
             });
             fault.collect::<Vec<_>>()

@@ -40,6 +40,8 @@ pub struct LineFault {
     /// Its median reading in the frames in which it was out (mean over these frames), counts.
     /// For shorted lines: nothing (0).
     pub median_counts: f64,
+    /// Whether its readings have fallen below what unloaded taxels read, one by one or together; else its silence beside loads tells.
+    pub has_fallen: bool,
     /// The same of the lines beside it, counts. For shorted lines: the share of alike readings on the typical pair.
     pub next_to: f64,
 }
@@ -126,6 +128,7 @@ impl LineFaults {
             faulty: 0,
             tested: 0,
             median_counts: 0.0,
+            has_fallen: false,
             next_to: 0.0,
         };
         Self {

@@ -5,6 +5,7 @@ use super::line_state::{FrameLines, LineVerdict, Thresholds, classify, is_there}
 use super::short::{AlikePairs, Usual};
 use super::suspect;
 use super::tally::{LineTally, Looked};
+use super::together;
 use super::{
     Axis, Level, LevelScreen, LineFault, LineFaultKind, LineFaults, ScreenOptions, check_shape,
 };
@@ -27,6 +28,7 @@ const MIN_DIFFERENCE: f64 = 2.0;
 /// of its length, and where it never answered. Out in some: flickering; by silence alone only where it answered in the
 /// frame before and the load beside it has hardly changed.
 /// Independently, two adjacent lines that read alike where other pairs do not are shorted.
+/// Where unloaded taxels read so little that no reading can fall from it, those of a line fall together.
 /// What reads nothing at all though both lines beside it are loaded, and is none of these, is suspect: a dead line, or a gap
 /// as wide as one.
 ///
@@ -171,6 +173,7 @@ impl LineScreen {
                 thresholds,
                 options: &self.options,
             };
+            together::observe(&looked.lines, thresholds, tallies);
             for (line, (verdict, tally)) in verdicts.iter().zip(tallies).enumerate() {
                 looked.tally(line, verdict, tally, &mut self.scratch);
                 let look = suspect::look(&looked, verdicts, line);
@@ -241,10 +244,12 @@ impl LineScreen {
         ] {
             for (index, tally) in tallies.iter().enumerate() {
                 let fault = self.fault_of(axis, index, tally);
-                faults.extend(fault.or_else(|| {
-                    let silence = &tally.silence;
-                    silence.fault(axis, index, self.level, &self.options)
-                }));
+                let options = &self.options;
+                let answers = tally.silence.answers();
+                let fault = fault.or_else(|| tally.stands.fault(axis, index, answers, options));
+                faults.extend(
+                    fault.or_else(|| tally.silence.fault(axis, index, self.level, options)),
+                );
             }
             faults.extend(
                 pairs
@@ -259,6 +264,7 @@ impl LineScreen {
                         faulty: pair.alike,
                         tested: pair.loaded,
                         median_counts: 0.0,
+                        has_fallen: false,
                         next_to: pair.typical_share,
                     }),
             );
@@ -314,6 +320,7 @@ impl LineScreen {
             faulty,
             tested: tally.tested,
             median_counts,
+            has_fallen: tally.fallen > tally.silent,
             next_to,
         })
     }

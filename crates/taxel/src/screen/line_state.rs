@@ -1,15 +1,10 @@
 //! Is this line out in this very frame?
 
-use super::{Axis, Level, LineFaults, ScreenOptions};
+use super::{Axis, Level, LineFaults, ScreenOptions, together};
 use crate::{Counts, Frame};
 
 /// A line of fewer taxels has no readings to tell its own fault from that of a taxel.
 const MIN_LINE: usize = 4;
-
-/// What reads nothing is below this many standard deviations of noise.
-const NOTHING_SIGMAS: f64 = 4.0;
-/// A mean is below the baseline if by this many of its standard deviations: lines differ a little, besides.
-const TOGETHER_SIGMAS: f64 = 6.0;
 
 /// What stands for a reading where there is no taxel: below every other.
 const NOWHERE: f64 = f64::NEG_INFINITY;
@@ -327,24 +322,6 @@ fn is_silent_beside_a_load(
     loaded >= 2 && silent == loaded
 }
 
-/// Of a line that is known to come and go, where the baseline is too near 0 for a single reading to fall from it: whether all
-/// of its readings together have. None is above the noise of nothing, and their mean is nearer to 0 than to the baseline by
-/// more than chance leaves; what a load does to other lines only raises them.
-fn has_fallen_together(own: &[f64], thresholds: &Thresholds) -> bool {
-    let there = || own.iter().copied().filter(|&reading| is_there(reading));
-    let (sum, count) = there().fold((0.0, 0.0), |(sum, count), reading| {
-        (sum + reading, count + 1.0)
-    });
-    if thresholds.floor.is_some() || count < MIN_LINE as f64 {
-        return false;
-    }
-    let mean = sum / count;
-    let noise = thresholds.noise / count.sqrt();
-    there().all(|reading| reading <= NOTHING_SIGMAS * thresholds.noise)
-        && mean < thresholds.least / 2.0
-        && thresholds.least - mean > TOGETHER_SIGMAS * noise
-}
-
 /// Whether a line beside this one is at the ceiling on more than half of its length as well.
 fn next_to_at_ceiling(lines: &LineReadings<'_>, line: usize, thresholds: &Thresholds) -> bool {
     let full = |other: usize| {
@@ -371,7 +348,7 @@ pub(super) fn find_dropped(
             let is_silent = verdict.responding == 0
                 && thresholds.floor.is_none()
                 && is_silent_beside_a_load(&lines, line, thresholds, options);
-            if verdict.out || is_silent || has_fallen_together(lines.of_line(line), thresholds) {
+            if verdict.out || is_silent || together::has_fallen(lines.of_line(line), thresholds) {
                 out.push((axis, line));
             }
         }

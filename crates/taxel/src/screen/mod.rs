@@ -53,6 +53,7 @@ mod short;
 mod spike;
 mod suspect;
 mod tally;
+mod together;
 
 pub use axis::Axis;
 pub(crate) use end::LowerEnd;

@@ -72,6 +72,11 @@ impl Silence {
         self.sums.beside_sum += look.beside_sum;
     }
 
+    /// Readings that answered to a load.
+    pub(super) fn answers(&self) -> u64 {
+        self.answers
+    }
+
     /// Whether the line is suspect, or dead, with the evidence.
     pub(super) fn fault(
         &self,
@@ -100,6 +105,7 @@ impl Silence {
             faulty: self.silent_frames,
             tested: self.frames,
             median_counts: own,
+            has_fallen: kind == LineFaultKind::Dead,
             next_to: beside_sum / places as f64,
         })
     }

@@ -3,6 +3,7 @@
 use super::ScreenOptions;
 use super::line_state::{LineReadings, LineVerdict, Thresholds, is_there};
 use super::suspect::Silence;
+use super::together::Stands;
 use crate::stats::median_high;
 
 /// A line falls silent when it read at least this share of the load beside it in the frame before …
@@ -31,6 +32,8 @@ pub(super) struct LineTally {
     pub(super) next_to_sum: f64,
     /// Whether it reads nothing beside loads.
     pub(super) silence: Silence,
+    /// What its readings say together.
+    pub(super) stands: Stands,
 }
 
 impl LineTally {

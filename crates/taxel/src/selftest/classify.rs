@@ -240,7 +240,7 @@ impl Classifier<'_> {
         let unloaded = &self.rubbed.unloaded;
         let noise = unloaded.typical_noise.hypot(unloaded.unevenness);
         let floor = unloaded.typical_counts - self.test.options.screen.floor_sigmas * noise;
-        fault.median_counts < floor
+        fault.has_fallen && floor <= 0.0 || fault.median_counts < floor
     }
 
     fn silence(&self, axis: Axis, index: usize) -> f64 {

@@ -261,8 +261,12 @@ impl SelfTest {
         }
         rubbed.lines.observe(&self.marked)?;
         let values = frame.values().iter().zip(&unloaded.counts);
-        for (height, (value, usual)) in self.heights.iter_mut().zip(values) {
-            *height = value - usual;
+        // A stray reading at the ceiling is no answer of an open line.
+        let ceiling = self.max_count - options.screen.end_counts;
+        let marks = self.marked.marks();
+        for ((height, (value, usual)), mark) in self.heights.iter_mut().zip(values).zip(marks) {
+            let is_stray = *mark == Mark::Stuck && *value >= ceiling;
+            *height = if is_stray { f64::NAN } else { value - usual };
         }
         rubbed
             .response

@@ -28,7 +28,7 @@ pub(super) struct Answers {
 
 impl Answers {
     fn add(&mut self, height: f64, supported: f64, quiet: f64, share: f64) {
-        if supported > 0.0 {
+        if supported > 0.0 && !height.is_nan() {
             self.supported += 1;
             self.silent += u32::from(height <= quiet.max(share * supported));
             self.expected += supported;
@@ -92,7 +92,8 @@ impl Response {
         }
     }
 
-    /// Takes what every taxel reads above what it reads unloaded, row by row, in the unit of `limits`.
+    /// Takes what every taxel reads above what it reads unloaded, row by row, in the unit of `limits`; NaN where a stray reading says
+    /// nothing.
     pub fn observe(&mut self, heights: &[f64], limits: &Limits, options: &SelfTestOptions) {
         self.frames += 1;
         for (taxel, &height) in heights.iter().enumerate() {

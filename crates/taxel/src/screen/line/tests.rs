@@ -81,8 +81,18 @@ fn faults(
     frames: usize,
     fault: impl Fn(usize, usize, usize, f64) -> f64,
 ) -> LineFaults {
+    faults_at(array, seed, frames, &ScreenOptions::default(), fault)
+}
+
+fn faults_at(
+    array: Array,
+    seed: u64,
+    frames: usize,
+    options: &ScreenOptions,
+    fault: impl Fn(usize, usize, usize, f64) -> f64,
+) -> LineFaults {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
-    let mut screen = LineScreen::new(ROWS, COLUMNS, FULL, &ScreenOptions::default());
+    let mut screen = LineScreen::new(ROWS, COLUMNS, FULL, options);
     for t in 0..frames {
         let frame = array.frame(&mut random, |r, c, v| fault(t, r, c, v));
         screen.observe(&frame).unwrap();
@@ -313,7 +323,7 @@ fn a_line_whose_offset_is_low_is_neither_dead_nor_flickering() {
 
 #[test]
 fn shorted_lines_are_found_and_smooth_or_equal_loads_are_not_taken_for_them() {
-    for seed in 0..6 {
+    for seed in 0..20 {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let mut screen = LineScreen::new(ROWS, COLUMNS, FULL, &ScreenOptions::default());
         for _ in 0..20 {
@@ -411,4 +421,65 @@ fn a_frame_of_another_shape_is_refused() {
         screen.observe(&Frame::zeros(4, 5)),
         Err(Error::Shape { .. })
     ));
+}
+
+/// Unloaded taxels read one count or two, so that none can fall from it.
+const NEXT_TO_NOTHING: Array = Array {
+    baseline: 1.4,
+    sigma: 0.3,
+    blobs: 2,
+    ..SOUND
+};
+
+fn next_to_nothing() -> ScreenOptions {
+    ScreenOptions {
+        baseline_counts: Some(1.4),
+        noise_counts: Some(0.4),
+        ..ScreenOptions::default()
+    }
+}
+
+#[test]
+fn where_no_reading_can_fall_those_of_a_line_fall_together() {
+    for seed in 0..20 {
+        // Column 5 is out in every third frame, row 0 at the edge in all.
+        let level = next_to_nothing();
+        let found = faults_at(NEXT_TO_NOTHING, seed, 60, &level, |t, r, c, v| {
+            let is_out = r == 0 || (c == 5 && t % 3 == 0);
+            if is_out { 0.0 } else { v }
+        });
+        assert_eq!(
+            kinds(&found),
+            [(Axis::Row, 0, DEAD), (Axis::Column, 5, FLICKERING)],
+            "seed {seed}"
+        );
+        let dead = found.faults[0];
+        assert_eq!((dead.faulty, dead.tested), (60, 60));
+        let flickers = found.faults[1];
+        assert!(flickers.has_fallen, "{flickers:?}");
+        assert_eq!((flickers.faulty, flickers.tested), (20, 60));
+    }
+}
+
+#[test]
+fn a_line_of_a_low_or_drifting_offset_and_a_frame_of_nothing_are_no_faults() {
+    for seed in 0..20 {
+        let level = next_to_nothing();
+        let low = |_: usize, r: usize, _: usize, v: f64| if r == 9 { v - 1.2 } else { v };
+        // From nothing to what others read, over the recording.
+        let drifting = |t: usize, _: usize, c: usize, v: f64| {
+            let still = if c == 5 { 1.0 - t as f64 / 60.0 } else { 0.0 };
+            v - 1.4 * still
+        };
+        let blank = |t: usize, _: usize, _: usize, v: f64| if t % 4 == 1 { 0.0 } else { v };
+        let found = [
+            faults_at(NEXT_TO_NOTHING, seed, 60, &level, low),
+            faults_at(NEXT_TO_NOTHING, seed, 60, &level, drifting),
+            faults_at(NEXT_TO_NOTHING, seed, 60, &level, blank),
+        ];
+        assert!(
+            found.iter().all(LineFaults::is_empty),
+            "seed {seed}: {found:?}"
+        );
+    }
 }
