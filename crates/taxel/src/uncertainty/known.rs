@@ -15,7 +15,7 @@ pub(crate) struct Known<'a> {
 
 /// Whether a taxel is no unknown: it is known, or not measured, and left out of the system by those who solve it. A line
 /// that hangs on nothing else would make the errors of all others what they are not.
-pub(super) fn is_left_out(mark: Mark) -> bool {
+pub(crate) fn is_left_out(mark: Mark) -> bool {
     mark.is_no_unknown() || !mark.is_measured()
 }
 

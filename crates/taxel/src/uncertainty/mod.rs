@@ -12,7 +12,7 @@ mod unmeasured;
 pub(crate) use conductance::{Adjoint, influence_of, set_passive};
 pub use conductance::{Uncertainty, standard_errors, standard_errors_by};
 pub use figures::{FigureError, FigureErrors, FrameFigureErrors};
-pub(crate) use known::Known;
+pub(crate) use known::{Known, is_left_out};
 pub(crate) use load::noise_counts_of;
 pub use load::{Parts, StandardErrors};
 pub(crate) use noise_bias::take_off_siemens;

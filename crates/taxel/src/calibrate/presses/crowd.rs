@@ -18,7 +18,7 @@ use crate::circuit::ROUNDING_COUNTS;
 use crate::circuit::{Circuit, Converter, SensorCircuit};
 use crate::parallel::par_map;
 use crate::stats::quantile;
-use crate::uncertainty::{Known, influence_of};
+use crate::uncertainty::{Known, influence_of, is_left_out};
 use crate::{Frame, Sensor, Siemens};
 
 /// Frames that one worker takes at a time.
@@ -136,7 +136,7 @@ impl Circuits {
         sigma_volts: f64,
     ) -> Option<CrowdedPress> {
         let siemens = frame.values();
-        let is_known: Vec<bool> = frame.marks().iter().map(|m| m.is_no_unknown()).collect();
+        let is_known: Vec<bool> = frame.marks().iter().map(|m| is_left_out(*m)).collect();
         let mut volts = vec![0.0; siemens.len()];
         let mut there = vec![0.0; siemens.len()];
         let mut point = self.here.operating_point();
@@ -236,7 +236,7 @@ impl<'a> Crowd<'a> {
             let line = circuits.line(p, taxel, siemens, sigma_volts)?;
             let stride = siemens.taxels().div_ceil(MAX_LOOKED_AT);
             let pairs = siemens.values().iter().zip(siemens.marks());
-            let unknown = pairs.filter(|(_, mark)| !mark.is_no_unknown());
+            let unknown = pairs.filter(|(_, mark)| !is_left_out(**mark));
             let some: Vec<f64> = unknown.map(|(g, _)| *g).step_by(stride).collect();
             Some((line, some))
         };
