@@ -4,21 +4,16 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::noise;
 use super::readable::readable;
-use super::silent::{add_silent, mark_silent};
+use super::screening::lines_and_options;
+use super::silent::mark_silent;
 use super::{CalibrationData, PressLabel};
-use crate::screen::{Axis, FrameScreen, Level, LineFaults, LineScreen, ScreenOptions};
-use crate::stats::quantile;
+use crate::screen::{FrameScreen, Level, LineFaults};
 use crate::{Counts, Error, Frame, Mark, Sensor};
 
 /// Presses on fewer taxels than this say nothing of how taxels differ.
 const MIN_PLACES: usize = 5;
 /// Fewest presses that a fit is tried with.
 pub(super) const MIN_PRESSES: usize = 8;
-
-/// Where lines are left open, this share of the sound readings may be less than what a sound one is taken to read at least,
-const LEAST_SOUND: f64 = 0.01;
-/// and readings at the converter's lower end are stuck while there are no more than this share.
-const MOST_AT_END: f64 = 0.02;
 
 /// A mean frame under a uniform load.
 #[derive(Debug, Clone)]
@@ -56,14 +51,9 @@ impl Evidence {
     pub(super) fn new(sensor: &Sensor, data: &CalibrationData) -> Result<Self, Error> {
         check(sensor, data)?;
         let (given, repeated) = merged(data)?;
-        let mut lines = LineScreen::from_sensor(sensor);
-        for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
-            lines.observe(frame)?;
-        }
-        let mut faults = lines.finish().with_declared(sensor.screen());
-        add_silent(&mut faults, sensor, data);
+        let (faults, mut options) = lines_and_options(sensor, data)?;
         let least_at_ceiling_g = least_load_at_ceiling(sensor, data, &given);
-        let options = options(sensor, data, &faults, least_at_ceiling_g.is_some());
+        options.ceiling_is_load |= least_at_ceiling_g.is_some();
         let (rows, columns) = (sensor.rows(), sensor.columns());
         let mut screen = FrameScreen::new(rows, columns, sensor.max_count(), &options);
         screen.set_lines(&faults);
@@ -197,50 +187,6 @@ fn check(sensor: &Sensor, data: &CalibrationData) -> Result<(), Error> {
         }
     }
     Ok(())
-}
-
-/// What frames are screened by, as far as the sensor file and the frames themselves tell.
-fn options(
-    sensor: &Sensor,
-    data: &CalibrationData,
-    faults: &LineFaults,
-    ceiling_is_load: bool,
-) -> ScreenOptions {
-    let mut options = ScreenOptions {
-        ceiling_is_load: sensor.screen().ceiling_is_load || ceiling_is_load,
-        ..ScreenOptions::from_sensor(sensor)
-    };
-    if options.floating && options.unloaded_counts.is_none() {
-        options.unloaded_counts = least_sound_counts(data, faults, options.end_counts);
-    }
-    options
-}
-
-/// What nearly every sound reading of the presses is above, counts, where lines are left open: no load lowers a reading there, so that
-/// one at the converter's lower end is stuck. Nothing where readings at that end are no exception.
-fn least_sound_counts(data: &CalibrationData, faults: &LineFaults, end_counts: f64) -> Option<f64> {
-    let faulty = |axis: Axis| -> BTreeSet<usize> {
-        let of_axis = faults.faults.iter().filter(|fault| fault.axis == axis);
-        of_axis.map(|fault| fault.index).collect()
-    };
-    let (rows, columns) = (faulty(Axis::Row), faulty(Axis::Column));
-    let (mut above, mut at_end) = (Vec::new(), 0usize);
-    for frame in &data.frames {
-        let readings = frame.values().iter().zip(frame.marks()).enumerate();
-        for (taxel, (&value, mark)) in readings {
-            let (row, column) = (taxel / frame.columns(), taxel % frame.columns());
-            if *mark != Mark::Good || rows.contains(&row) || columns.contains(&column) {
-                continue;
-            }
-            if value > end_counts {
-                above.push(value);
-            } else {
-                at_end += 1;
-            }
-        }
-    }
-    let is_rare = at_end as f64 <= MOST_AT_END * above.len() as f64;
-    quantile(above, LEAST_SOUND).filter(|_| is_rare)
 }
 
 /// Labels once each: the same one twice is no second press. With them, how many were repeated.

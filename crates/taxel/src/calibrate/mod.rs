@@ -32,6 +32,7 @@ mod readable;
 mod report;
 mod residuals;
 mod scatter;
+mod screening;
 mod sheet_share;
 mod silent;
 mod suspects;
