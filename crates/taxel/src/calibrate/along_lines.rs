@@ -2,6 +2,7 @@
 //! search of its own, whose unloaded taxels tell lines together with switches; kept where held-out presses are nearer for it.
 
 use super::choose::Search;
+use super::equations::solve;
 use super::fit::Score;
 use super::model::{Model, Unknown};
 use super::outcome::LINES;
@@ -22,8 +23,15 @@ const LEAST_OHMS: f64 = 0.1;
 /// it takes several times as long as the first.
 const WORTH_A_LOOK: f64 = 0.5;
 const SHARE: f64 = 0.02;
+/// From here on the report warns where nobody looked.
+const WORTH_A_WARNING: f64 = 1.0;
 /// Where they are farther off than this, a calibration without lines is worth little, and minutes are well spent on looking.
 const WORTH_MINUTES: f64 = 2.5;
+/// Terms of a square law of row and column.
+const PLACE_TERMS: usize = 6;
+/// From this ratio on it tells something: chance alone makes as much of 90 presses or more once in 400. Mats of 24 and 32 lines a side
+/// whose lines resist 0.5 or 2 Ohm a pitch: 6 to 16, but for one of 1.7; whose lines do not: up to 2.6.
+const TELLING: f64 = 4.0;
 /// Held-out presses must be nearer by so many standard errors.
 const BETTER: f64 = 2.0;
 
@@ -42,11 +50,16 @@ impl<'a> Search<'a> {
         }
         let slow = taxels > MAX_SEARCHED_TAXELS || !has_exact_inverse(sensor, &self.options);
         let off = self.beyond_noise();
+        if !self.options.line_resistance && off >= WORTH_A_LOOK && self.are_off_alike() {
+            let text = "not looked for: presses are off alike wherever they lie, as where taxels differ that no uniform load tells (--line-resistance looks all the same)";
+            self.note(LINES, false, text.to_owned());
+            return self;
+        }
         let is_too_slow = slow && (off < WORTH_MINUTES || taxels > MAX_LEVELLED_TAXELS);
         if is_too_slow && !self.options.line_resistance {
             let why = "not looked for beside other effects: it would take minutes, and is done where it is asked for (--line-resistance)";
             self.note(LINES, false, why.to_owned());
-            if off >= WORTH_A_LOOK {
+            if off >= WORTH_A_WARNING {
                 self.doubts.push(format!(
                     "presses are {off:.1} times as far off as noise and {:.0} % of a load make them, and whether lines resist along their length was {why}",
                     100.0 * self.usual_share()
@@ -88,6 +101,71 @@ impl<'a> Search<'a> {
             (press.says_g - press.load_g).abs() / usual
         });
         stats::median(off).unwrap_or(0.0)
+    }
+
+    /// Whether what presses are off by has nothing to do with where they lie. Only asked where no uniform load tells how taxels differ:
+    /// that hides what lines do, and a search for it takes minutes.
+    fn are_off_alike(&mut self) -> bool {
+        let evidence = self.evaluator.evidence;
+        evidence.levels.is_empty() && self.told_by_place().is_some_and(|ratio| ratio < TELLING)
+    }
+
+    /// How much more the place of a press tells of how far it is off than chance does: the F statistic of a square law of its row and
+    /// column. Lines that resist make presses far from their ends read less than near ones.
+    fn told_by_place(&mut self) -> Option<f64> {
+        let says = self.score().map(|score| score.says_g.clone());
+        let says: Vec<Option<f64>> = says?.into_iter().map(Some).collect();
+        let share = self.usual_share();
+        let presses = self.readings(&says);
+        let (evidence, sensor) = (self.evaluator.evidence, &self.model.sensor);
+        let place = |at: usize, count: usize| 2.0 * at as f64 / (count.max(2) - 1) as f64 - 1.0;
+        let rows = presses.iter().map(|press| {
+            let label = &evidence.presses[press.press];
+            let x = place(label.row, sensor.rows());
+            let y = place(label.column, sensor.columns());
+            let usual = press.noise_g.hypot(share * press.load_g);
+            let off = (press.says_g - press.load_g) / usual;
+            let scale = press.load_g / usual;
+            (
+                off,
+                [1.0, x, y, x * x, y * y, x * y].map(|term| scale * term),
+            )
+        });
+        let mut rows: Vec<(f64, [f64; PLACE_TERMS])> = rows.collect();
+        // One press far off the others must not decide.
+        let limit = 3.0 * 1.4826 * stats::median(rows.iter().map(|(off, _)| off.abs()))?;
+        for (off, _) in &mut rows {
+            *off = off.clamp(-limit, limit);
+        }
+        let left = rows
+            .len()
+            .checked_sub(PLACE_TERMS + 1)
+            .filter(|left| *left > 0)?;
+        let squares = |terms: &[usize]| -> Option<f64> {
+            let n = terms.len();
+            let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
+            for (off, features) in &rows {
+                for (i, a) in terms.iter().enumerate() {
+                    right[i] += features[*a] * off;
+                    for (j, b) in terms.iter().enumerate() {
+                        matrix[i * n + j] += features[*a] * features[*b];
+                    }
+                }
+            }
+            let found = solve(&matrix, &right)?;
+            let rest = rows.iter().map(|(off, features)| {
+                let told: f64 = terms
+                    .iter()
+                    .zip(&found)
+                    .map(|(i, x)| features[*i] * x)
+                    .sum();
+                (off - told).powi(2)
+            });
+            Some(rest.sum())
+        };
+        let (without, with) = (squares(&[0])?, squares(&[0, 1, 2, 3, 4, 5])?);
+        let terms = (PLACE_TERMS - 1) as f64;
+        Some((without - with) / terms / (with / left as f64))
     }
 
     /// A search whose lines resist, or why there is none worth having.
