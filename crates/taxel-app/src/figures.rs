@@ -365,6 +365,11 @@ impl FigureRow {
         self.total_force.is_of_noise_alone()
     }
 
+    /// Whether its total has an interval.
+    pub fn has_error(&self) -> bool {
+        self.total_force.error.is_some()
+    }
+
     /// The heading of a table of such lines, whose loads are shown in `unit`, with or without what they are
     /// uncertain by.
     pub fn heading(unit: Unit, with_errors: bool) -> String {

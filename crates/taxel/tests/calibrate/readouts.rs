@@ -5,7 +5,7 @@ use taxel::calibrate::{Calibration, CalibrationData, CalibrationOptions, calibra
 use taxel::frame::grams_from_newtons;
 use taxel::pipeline::Pipeline;
 use taxel::sensor::{PerLine, preset};
-use taxel::simulate::{Grams, VirtualSensor, labelled_presses, validation_frames};
+use taxel::simulate::{Grams, Imperfections, VirtualSensor, labelled_presses, validation_frames};
 use taxel::solve::default_method;
 use taxel::{Frame, Sensor};
 
@@ -207,4 +207,32 @@ fn a_gain_is_not_looked_for_where_there_is_no_amplifier() {
     assert!(!names.contains(&"readout.open_loop_gain"), "{names:?}");
     let warnings = fit.report.warnings.join("\n");
     assert!(warnings.contains("has no amplifier"), "{warnings}");
+}
+
+/// Nothing says what unloaded taxels of such a mat read, and a line of taxels that no reading tells of must not make the others vague.
+#[test]
+fn a_mat_of_floating_lines_with_faulty_ones_is_calibrated_by_presses_alone() {
+    let truth = preset("mat-16x16-cd4067").unwrap();
+    let mut faulty = Imperfections::default();
+    (faulty.dead_rows, faulty.flickering_columns) = (1, 1);
+    for seed in [1, 2, 3] {
+        let real = VirtualSensor::imperfect(&truth, &faulty, seed).unwrap();
+        let data = labelled_presses(&real, 80);
+        let parts = parts_list(&truth);
+        let fit = calibrate(
+            &parts,
+            &data,
+            &CalibrationOptions::default(),
+            &mut |_, _| {},
+        )
+        .unwrap();
+        let (screen, wanted) = (fit.sensor.screen(), real.sensor().screen());
+        assert_eq!(screen.dead_rows, wanted.dead_rows, "seed {seed}");
+        assert_eq!(
+            screen.flickering_columns, wanted.flickering_columns,
+            "seed {seed}"
+        );
+        let held_out = fit.report.held_out_mean_absolute_g.unwrap();
+        assert!(held_out < 5.0, "seed {seed}: {held_out} g");
+    }
 }

@@ -36,6 +36,9 @@ pub(super) struct Summary {
     /// What standard errors were computed with, counts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(super) noise_counts: Option<f64>,
+    /// Whether nothing tells how far calibration and model are off.
+    #[serde(skip)]
+    is_without_uncertainty: bool,
     output: Option<String>,
     marks_output: Option<String>,
     standard_error_output: Option<String>,
@@ -74,6 +77,7 @@ impl Summary {
             mark_codes: codes.into(),
             faulty_lines: survey.lines(),
             noise_counts: None,
+            is_without_uncertainty: sensor.exported().is_none() && sensor.uncertainty().is_none(),
             output: args.output.as_ref().map(show),
             marks_output: files.marks.as_ref().map(show),
             standard_error_output: args.standard_error.as_ref().map(show),
@@ -197,6 +201,8 @@ impl Summary {
             };
             let only = if row.is_of_noise_alone() {
                 ", noise alone"
+            } else if self.is_without_uncertainty && row.has_error() {
+                ", without what calibration and model are off by"
             } else {
                 ""
             };
