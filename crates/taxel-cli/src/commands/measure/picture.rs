@@ -7,9 +7,12 @@ use taxel_plot::{Line, LineStyle, Picture, Series};
 
 use crate::error::Error;
 use taxel_app::exported::exported_caption;
-use taxel_app::measure::{ForceSeries, Measurement};
+use taxel_app::measure::{ForceSeries, Measurement, PlateauFigures};
 use taxel_app::simulated::simulated_caption;
 
+/// Regions have the colours from the third on, one each: those beyond the last are left to the table.
+const REGIONS_FROM: usize = 2;
+const MOST_REGIONS: usize = 8;
 /// Points that a line has at most: finer than a picture shows.
 const POINTS: usize = 1500;
 
@@ -30,6 +33,7 @@ pub(super) fn forces(
     let every = x.len().div_ceil(POINTS).max(1);
     let thin = |values: &[f64]| -> Vec<f64> { values.iter().copied().step_by(every).collect() };
     let mut lines = Vec::new();
+    let mut dashed = Vec::new();
     let total = &series.total;
     lines.push(Line::new("total normal force", thin(&total.newtons)).colour(0));
     lines.extend(band(total).map(|edge| {
@@ -37,25 +41,20 @@ pub(super) fn forces(
             .style(LineStyle::Dashed)
             .colour(0)
     }));
+    if lines.len() > 1 {
+        dashed.push("the total's 95 % interval");
+    }
     if let Some(grip) = &series.grip {
         lines.push(Line::new("grip force", thin(&grip.newtons)).colour(1));
     }
-    for (at, (region, _)) in series.regions.iter().enumerate() {
-        lines.push(Line::new(&region.name, thin(&region.newtons)).colour(2 + at % 8));
+    for (at, (region, _)) in series.regions.iter().take(MOST_REGIONS).enumerate() {
+        lines.push(Line::new(&region.name, thin(&region.newtons)).colour(REGIONS_FROM + at));
     }
-    for trial in &measurement.trials {
-        for (force, colour) in trial.forces.iter().zip([0, 1]) {
-            if let Some(plateau) = &force.plateau {
-                let (from, to, mean) = (plateau.from_s, plateau.to_s, plateau.mean_n.value);
-                lines.push(
-                    Line::new("", vec![mean; 2])
-                        .over(vec![from, to])
-                        .style(LineStyle::Dashed)
-                        .colour(colour),
-                );
-            }
-        }
+    let plateaus = plateaus(measurement);
+    if !plateaus.is_empty() {
+        dashed.push("plateaus");
     }
+    lines.extend(plateaus);
     lines.extend(saturated(series, &x));
     let label = if has_times { "time (s)" } else { "frame" };
     let name = recording.file_name().unwrap_or_default().to_string_lossy();
@@ -64,13 +63,41 @@ pub(super) fn forces(
         .quantity("force")
         .unit("N")
         .caption(format!(
-            "{}{}{}; dashed: plateaus",
+            "{}{}{}{}{}",
             sensor.name(),
             exported_caption(sensor),
-            simulated_caption(recording)
+            simulated_caption(recording),
+            if dashed.is_empty() {
+                String::new()
+            } else {
+                format!("; dashed: {}", dashed.join(", "))
+            },
+            match series.regions.len().saturating_sub(MOST_REGIONS) {
+                0 => String::new(),
+                more => format!("; {more} more in the table alone"),
+            }
         ))
         .picture()?;
     Ok(picture)
+}
+
+/// The mean of every plateau over its time, in the colour of its force's line.
+fn plateaus(measurement: &Measurement) -> Vec<Line> {
+    let grip = measurement.series.grip.as_ref().map(|_| 1);
+    let regions = REGIONS_FROM..REGIONS_FROM + MOST_REGIONS;
+    // As forces of a trial are in order.
+    let colours: Vec<usize> = [0].into_iter().chain(grip).chain(regions).collect();
+    let forces = measurement.trials.iter().flat_map(|trial| {
+        let forces = trial.forces.iter().zip(&colours);
+        forces.filter_map(|(force, colour)| Some((force.plateau.as_ref()?, *colour)))
+    });
+    let line = |(plateau, colour): (&PlateauFigures, usize)| {
+        Line::new("", vec![plateau.mean_n.value; 2])
+            .over(vec![plateau.from_s, plateau.to_s])
+            .style(LineStyle::Dashed)
+            .colour(colour)
+    };
+    forces.map(line).collect()
 }
 
 /// The total in frames with readings at the end of the converter's range, a dot each: more pressed than they show.
