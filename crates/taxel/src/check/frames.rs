@@ -215,8 +215,7 @@ impl<'a> Measurement<'a> {
             for solved in frames {
                 loads_into(&mut laws, solved, &mut loads)?;
                 sums.push(loads.values().iter().sum::<f64>() - zero_g);
-                let model = loads.values().iter().map(|g| self.model_g(*g).powi(2));
-                sigma_g = model.sum::<f64>().sqrt();
+                sigma_g = self.model_of_total_g(loads.values());
             }
             if let Some(reads_g) = median(sums) {
                 readings.totals.push(Reading {
@@ -272,6 +271,25 @@ impl<'a> Measurement<'a> {
 
     fn model_g(&self, load_g: f64) -> f64 {
         self.stated().map_or(0.0, |stated| stated.model_g(load_g))
+    }
+
+    /// What the model leaves unexplained of a sum: a share of it and a floor that a frame's taxels are off by together, and what each is
+    /// off by besides. A floor that they share is in the empty array as well, if that was read.
+    fn model_of_total_g(&self, loads_g: &[f64]) -> f64 {
+        let Some(stated) = self.stated() else {
+            return 0.0;
+        };
+        let (share, floor_g) = (stated.shared_share(), stated.shared_floor_g());
+        let own = loads_g.iter().map(|load_g| stated.own_g(*load_g).powi(2));
+        let own = own.sum::<f64>().sqrt();
+        let floors_g = if self.empty.is_empty() {
+            floor_g * loads_g.len() as f64
+        } else {
+            0.0
+        };
+        (share * loads_g.iter().sum::<f64>())
+            .hypot(floors_g)
+            .hypot(own)
     }
 
     fn stated(&self) -> Option<&UncertaintySpec> {
