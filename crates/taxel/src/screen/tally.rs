@@ -40,6 +40,7 @@ impl LineTally {
     pub(super) fn of_length(length: usize) -> Self {
         Self {
             covered: vec![false; length],
+            stands: Stands::of_length(length),
             ..Self::default()
         }
     }

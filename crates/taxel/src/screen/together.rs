@@ -118,11 +118,16 @@ pub(super) fn observe(lines: &LineReadings, thresholds: &Thresholds, tallies: &m
 }
 
 impl Stands {
+    pub(super) fn of_length(length: usize) -> Self {
+        Self {
+            covered: vec![false; length],
+            ..Self::default()
+        }
+    }
+
     fn fall(&mut self, line: usize, lines: &LineReadings, thresholds: &Thresholds) {
         self.drops += u64::from(std::mem::replace(&mut self.stood, false));
         self.fallen += 1;
-        let own = lines.of_line(line);
-        self.covered.resize(own.len(), false);
         for beside in beside(line, lines.count).into_iter().flatten() {
             for (covered, &value) in self.covered.iter_mut().zip(lines.of_line(beside)) {
                 let is_load = (value > thresholds.really_loaded) & (value < thresholds.ceiling);
