@@ -173,7 +173,7 @@ impl LineScreen {
                 thresholds,
                 options: &self.options,
             };
-            together::observe(&looked.lines, thresholds, tallies);
+            together::observe(&looked, tallies);
             for (line, (verdict, tally)) in verdicts.iter().zip(tallies).enumerate() {
                 looked.tally(line, verdict, tally, &mut self.scratch);
                 let look = suspect::look(&looked, verdicts, line);

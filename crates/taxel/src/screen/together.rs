@@ -4,7 +4,7 @@
 //! offset is low reads so all along: a line comes and goes only where it stood at the baseline just before it fell.
 
 use super::line_state::{LineReadings, Thresholds, is_there};
-use super::tally::LineTally;
+use super::tally::{LineTally, Looked};
 use super::{Axis, LineFault, LineFaultKind, ScreenOptions};
 
 /// A line of fewer taxels has too few readings.
@@ -32,7 +32,6 @@ pub(super) struct Stands {
     fallen: u64,
     /// Frames in which it has fallen from where it stood in the frame before.
     drops: u64,
-    stood: bool,
     /// Places beside which a load has lain while it had fallen.
     covered: Vec<bool>,
     /// Sums over these places and frames: readings, and how many.
@@ -58,13 +57,16 @@ fn is_fallen(own: &[f64], thresholds: &Thresholds) -> bool {
     // A stray reading at the ceiling stands on a line that is out as well.
     let is_reading = |value: &f64| is_there(*value) & (*value < thresholds.ceiling);
     let readings = || own.iter().copied().filter(is_reading);
-    let (mean, count) = mean(readings());
     let nothing = NOTHING_SIGMAS * thresholds.noise;
+    // Of a line that stands the first few readings say so.
+    if !readings().all(|value| value <= nothing) {
+        return false;
+    }
+    let (mean, count) = mean(readings());
     let noise = thresholds.noise / (count.max(1) as f64).sqrt();
     count >= MIN_LINE
         && mean < FALLEN_SHARE * thresholds.least
         && thresholds.least - mean > BELOW_SIGMAS * noise
-        && readings().all(|value| value <= nothing)
 }
 
 /// Whether a line reads what unloaded ones do, at taxels enough to tell: where the lines beside it do, since the foot of a load must
@@ -98,7 +100,8 @@ pub(super) fn has_fallen(own: &[f64], thresholds: &Thresholds) -> bool {
 }
 
 /// Adds what a frame says of all lines of an axis. Where half of them have fallen, it says nothing: that is no line's fault.
-pub(super) fn observe(lines: &LineReadings, thresholds: &Thresholds, tallies: &mut [LineTally]) {
+pub(super) fn observe(looked: &Looked, tallies: &mut [LineTally]) {
+    let (lines, thresholds) = (&looked.lines, looked.thresholds);
     let length = lines.of_line(0).len();
     if !thresholds.tell_together(length) {
         return;
@@ -110,9 +113,10 @@ pub(super) fn observe(lines: &LineReadings, thresholds: &Thresholds, tallies: &m
     for (line, tally) in tallies.iter_mut().enumerate() {
         tally.stands.tested += 1;
         if is_fallen(line) {
+            let before = looked.before.as_ref();
+            let stood = before.is_some_and(|before| is_standing(line, before, thresholds));
+            tally.stands.drops += u64::from(stood);
             tally.stands.fall(line, lines, thresholds);
-        } else {
-            tally.stands.stood = is_standing(line, lines, thresholds);
         }
     }
 }
@@ -126,7 +130,6 @@ impl Stands {
     }
 
     fn fall(&mut self, line: usize, lines: &LineReadings, thresholds: &Thresholds) {
-        self.drops += u64::from(std::mem::replace(&mut self.stood, false));
         self.fallen += 1;
         for beside in beside(line, lines.count).into_iter().flatten() {
             for (covered, &value) in self.covered.iter_mut().zip(lines.of_line(beside)) {
