@@ -2,14 +2,15 @@
 //! search of its own, whose unloaded taxels tell lines together with switches; kept where held-out presses are nearer for it.
 
 use super::choose::Search;
-use super::equations::solve;
 use super::fit::Score;
+use super::least_squares::{normal_equations, solve};
 use super::model::{Model, Unknown};
 use super::outcome::LINES;
 use super::presses::has_exact_inverse;
 use super::{MAX_LEVELLED_TAXELS, MAX_SEARCHED_TAXELS, with_error};
 use crate::sensor::PerLine;
 use crate::{Error, Sensor, stats};
+use taxel_linalg::dot;
 
 /// What lines are taken to resist from one taxel to the next at first, ohms: switches and lines stand for each other, so that a search
 /// from one start ends far off as often as not.
@@ -119,53 +120,36 @@ impl<'a> Search<'a> {
         let presses = self.readings(&says);
         let (evidence, sensor) = (self.evaluator.evidence, &self.model.sensor);
         let place = |at: usize, count: usize| 2.0 * at as f64 / (count.max(2) - 1) as f64 - 1.0;
-        let rows = presses.iter().map(|press| {
+        let terms = presses.iter().map(|press| {
             let label = &evidence.presses[press.press];
             let x = place(label.row, sensor.rows());
             let y = place(label.column, sensor.columns());
-            let usual = press.noise_g.hypot(share * press.load_g);
-            let off = (press.says_g - press.load_g) / usual;
-            let scale = press.load_g / usual;
-            (
-                off,
-                [1.0, x, y, x * x, y * y, x * y].map(|term| scale * term),
-            )
+            let scale = press.load_g / press.noise_g.hypot(share * press.load_g);
+            [1.0, x, y, x * x, y * y, x * y].map(|term| scale * term)
         });
-        let mut rows: Vec<(f64, [f64; PLACE_TERMS])> = rows.collect();
+        let terms: Vec<[f64; PLACE_TERMS]> = terms.collect();
+        let off = presses.iter().map(|press| {
+            let usual = press.noise_g.hypot(share * press.load_g);
+            (press.says_g - press.load_g) / usual
+        });
+        let off: Vec<f64> = off.collect();
         // One press far off the others must not decide.
-        let limit = 3.0 * 1.4826 * stats::median(rows.iter().map(|(off, _)| off.abs()))?;
-        for (off, _) in &mut rows {
-            *off = off.clamp(-limit, limit);
-        }
-        let left = rows
-            .len()
-            .checked_sub(PLACE_TERMS + 1)
-            .filter(|left| *left > 0)?;
-        let squares = |terms: &[usize]| -> Option<f64> {
-            let n = terms.len();
-            let (mut matrix, mut right) = (vec![0.0; n * n], vec![0.0; n]);
-            for (off, features) in &rows {
-                for (i, a) in terms.iter().enumerate() {
-                    right[i] += features[*a] * off;
-                    for (j, b) in terms.iter().enumerate() {
-                        matrix[i * n + j] += features[*a] * features[*b];
-                    }
-                }
-            }
-            let found = solve(&matrix, &right)?;
-            let rest = rows.iter().map(|(off, features)| {
-                let told: f64 = terms
-                    .iter()
-                    .zip(&found)
-                    .map(|(i, x)| features[*i] * x)
-                    .sum();
-                (off - told).powi(2)
-            });
-            Some(rest.sum())
+        let limit = 3.0 * 1.4826 * stats::median(off.iter().map(|off| off.abs()))?;
+        let off: Vec<f64> = off.iter().map(|off| off.clamp(-limit, limit)).collect();
+        let left = off.len().checked_sub(PLACE_TERMS + 1)?;
+        let squares = |count: usize| -> Option<f64> {
+            let rows: Vec<&[f64]> = terms.iter().map(|terms| &terms[..count]).collect();
+            let (normal, right) = normal_equations(&rows, &off, &vec![1.0; off.len()]);
+            let step = solve(&normal, &right, 0.0)?;
+            let rest = rows
+                .iter()
+                .zip(&off)
+                .map(|(row, off)| off + dot(row, &step));
+            Some(rest.map(|rest| rest * rest).sum())
         };
-        let (without, with) = (squares(&[0])?, squares(&[0, 1, 2, 3, 4, 5])?);
-        let terms = (PLACE_TERMS - 1) as f64;
-        Some((without - with) / terms / (with / left as f64))
+        let (without, with) = (squares(1)?, squares(PLACE_TERMS)?);
+        let more = (PLACE_TERMS - 1) as f64;
+        Some((without - with) / more / (with / left as f64))
     }
 
     /// A search whose lines resist, or why there is none worth having.

@@ -22,15 +22,12 @@ pub(super) fn lines_and_options(
     if options.floating && options.unloaded_counts.is_none() {
         options.unloaded_counts = least_sound_counts(sensor, data, options.end_counts);
     }
-    let found = |options: &ScreenOptions| {
-        let (rows, columns) = (sensor.rows(), sensor.columns());
-        let mut lines = LineScreen::new(rows, columns, sensor.max_count(), options);
-        for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
-            lines.observe(frame)?;
-        }
-        Ok::<_, Error>(lines.finish())
-    };
-    let mut faults = found(&options)?.with_declared(sensor.screen());
+    let (rows, columns) = (sensor.rows(), sensor.columns());
+    let mut lines = LineScreen::new(rows, columns, sensor.max_count(), &options);
+    for frame in data.frames.iter().chain(data.uniform.iter().map(|u| &u.0)) {
+        lines.observe(frame)?;
+    }
+    let mut faults = lines.finish().with_declared(sensor.screen());
     add_silent(&mut faults, sensor, data);
     Ok((faults, options))
 }

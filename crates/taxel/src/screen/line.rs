@@ -320,7 +320,11 @@ impl LineScreen {
             faulty,
             tested: tally.tested,
             median_counts,
-            has_fallen: tally.fallen > tally.silent,
+            // At the ceiling it has not.
+            has_fallen: tally.fallen > tally.silent
+                && self
+                    .level
+                    .is_some_and(|level| median_counts < level.baseline_counts),
             next_to,
         })
     }

@@ -88,6 +88,12 @@ impl<'a> LineReadings<'a> {
         &self.readings[line * self.length..][..self.length]
     }
 
+    /// The lines beside a line: one at the edge.
+    pub fn beside(&self, line: usize) -> [Option<usize>; 2] {
+        let after = Some(line + 1).filter(|&after| after < self.count);
+        [line.checked_sub(1), after]
+    }
+
     /// Taxels on a line.
     pub fn taxels(&self, line: usize) -> usize {
         let readings = self.of_line(line).iter();
@@ -304,10 +310,7 @@ fn is_silent_beside_a_load(
     thresholds: &Thresholds,
     options: &ScreenOptions,
 ) -> bool {
-    let near = [
-        line.checked_sub(1),
-        Some(line + 1).filter(|&line| line < lines.count),
-    ];
+    let near = lines.beside(line);
     let (mut loaded, mut silent) = (0, 0);
     for (place, &own) in lines.of_line(line).iter().enumerate() {
         let beside = near

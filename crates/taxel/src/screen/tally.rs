@@ -146,8 +146,7 @@ impl Looked<'_> {
             }
             median_high(scratch).unwrap_or(0.0)
         };
-        let after = Some(line + 1).filter(|&after| after < self.lines.count);
         let own = median_of([Some(line), None]);
-        (own, median_of([line.checked_sub(1), after]))
+        (own, median_of(self.lines.beside(line)))
     }
 }

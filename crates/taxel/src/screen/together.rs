@@ -74,7 +74,9 @@ fn is_fallen(own: &[f64], thresholds: &Thresholds) -> bool {
 fn is_standing(line: usize, lines: &LineReadings, thresholds: &Thresholds) -> bool {
     let own = lines.of_line(line);
     let most = MOST_SHARE * thresholds.least;
-    let beside = beside(line, lines.count).map(|line| line.map(|line| lines.of_line(line)));
+    let beside = lines
+        .beside(line)
+        .map(|line| line.map(|line| lines.of_line(line)));
     let is_unloaded = |place: &usize| {
         let low = |line: &&[f64]| line[*place] <= most;
         is_there(own[*place]) && beside.iter().flatten().all(low)
@@ -82,14 +84,6 @@ fn is_standing(line: usize, lines: &LineReadings, thresholds: &Thresholds) -> bo
     let unloaded = (0..own.len()).filter(is_unloaded);
     let (mean, count) = mean(unloaded.map(|place| own[place].min(most)));
     count >= MIN_LINE && thresholds.tell_together(count) && mean > STANDING_SHARE * thresholds.least
-}
-
-/// The lines beside a line.
-fn beside(line: usize, count: usize) -> [Option<usize>; 2] {
-    [
-        line.checked_sub(1),
-        Some(line + 1).filter(|&next| next < count),
-    ]
 }
 
 /// Of a line that is known to come and go, where the baseline is too near 0 for a single reading to fall from it: whether all
@@ -131,7 +125,7 @@ impl Stands {
 
     fn fall(&mut self, line: usize, lines: &LineReadings, thresholds: &Thresholds) {
         self.fallen += 1;
-        for beside in beside(line, lines.count).into_iter().flatten() {
+        for beside in lines.beside(line).into_iter().flatten() {
             for (covered, &value) in self.covered.iter_mut().zip(lines.of_line(beside)) {
                 let is_load = (value > thresholds.really_loaded) & (value < thresholds.ceiling);
                 *covered |= is_load;

@@ -6,7 +6,7 @@ use super::quiet::median;
 use super::{
     CodeFault, Codes, Fault, Finding, Hum, Place, Rubbed, SelfTest, SelfTestResult, Settling,
 };
-use crate::screen::{Axis, LineFault, LineFaultKind, LineFaults};
+use crate::screen::{Axis, LineFaultKind, LineFaults};
 use crate::sensor::ScanOrder;
 
 /// Share of a line's taxels that make a line of them.
@@ -154,7 +154,8 @@ impl Classifier<'_> {
             for index in self.rubbed.response.lines(axis) {
                 let dead = faults.faults.iter().any(|fault| {
                     (fault.axis, fault.index, fault.kind) == (axis, index, LineFaultKind::Dead)
-                        && (self.has_fallen(fault)
+                        // No gap in a hand makes a line fall.
+                        && (fault.has_fallen
                             || self.silence(axis, index) >= self.test.options.screen.line_share)
                 });
                 let response = &self.rubbed.response;
@@ -225,7 +226,7 @@ impl Classifier<'_> {
                 let flickers = fault.kind == LineFaultKind::Flickering;
                 if flickers
                     && !self.is_explained(axis, fault.index)
-                    && (self.has_fallen(fault) || self.silence(axis, fault.index) > usual)
+                    && (fault.has_fallen || self.silence(axis, fault.index) > usual)
                 {
                     let evidence =
                         format!("out in {} of {} rubbed frames", fault.faulty, fault.tested);
@@ -233,14 +234,6 @@ impl Classifier<'_> {
                 }
             }
         }
-    }
-
-    /// Whether a line that is out reads less than unloaded ones do: no gap in a hand makes that.
-    fn has_fallen(&self, fault: &LineFault) -> bool {
-        let unloaded = &self.rubbed.unloaded;
-        let noise = unloaded.typical_noise.hypot(unloaded.unevenness);
-        let floor = unloaded.typical_counts - self.test.options.screen.floor_sigmas * noise;
-        fault.has_fallen && floor <= 0.0 || fault.median_counts < floor
     }
 
     fn silence(&self, axis: Axis, index: usize) -> f64 {

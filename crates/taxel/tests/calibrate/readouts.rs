@@ -41,17 +41,22 @@ fn judged(sensor: &Sensor, truth: &VirtualSensor) -> f64 {
     sum / f64::from(count)
 }
 
-/// The fit, and its error over that of the true parameters.
-fn fitted(truth: &Sensor, seed: u64, presses: usize) -> (Calibration, f64) {
-    let real = VirtualSensor::new(truth, seed).unwrap();
-    let data = labelled_presses(&real, presses);
-    let fit = calibrate(
-        &parts_list(truth),
+/// From the parts list of a sensor, by presses on one that was built.
+fn by_presses(nominal: &Sensor, real: &VirtualSensor, presses: usize) -> Calibration {
+    let data = labelled_presses(real, presses);
+    calibrate(
+        &parts_list(nominal),
         &data,
         &CalibrationOptions::default(),
         &mut |_, _| {},
     )
-    .unwrap();
+    .unwrap()
+}
+
+/// The fit, and its error over that of the true parameters.
+fn fitted(truth: &Sensor, seed: u64, presses: usize) -> (Calibration, f64) {
+    let real = VirtualSensor::new(truth, seed).unwrap();
+    let fit = by_presses(truth, &real, presses);
     let ratio = judged(&fit.sensor, &real) / judged(truth, &real);
     (fit, ratio)
 }
@@ -217,15 +222,7 @@ fn a_mat_of_floating_lines_with_faulty_ones_is_calibrated_by_presses_alone() {
     (faulty.dead_rows, faulty.flickering_columns) = (1, 1);
     for seed in [1, 2, 3] {
         let real = VirtualSensor::imperfect(&truth, &faulty, seed).unwrap();
-        let data = labelled_presses(&real, 80);
-        let parts = parts_list(&truth);
-        let fit = calibrate(
-            &parts,
-            &data,
-            &CalibrationOptions::default(),
-            &mut |_, _| {},
-        )
-        .unwrap();
+        let fit = by_presses(&truth, &real, 80);
         let (screen, wanted) = (fit.sensor.screen(), real.sensor().screen());
         assert_eq!(screen.dead_rows, wanted.dead_rows, "seed {seed}");
         assert_eq!(
