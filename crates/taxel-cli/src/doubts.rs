@@ -64,6 +64,13 @@ pub(crate) fn doubts(tally: &Tally) -> String {
                 "missing from"
             }
         );
+        if tally.unmeasured_frames > 0 {
+            let _ = writeln!(
+                text,
+                "in {} of {} frames no taxel was measured",
+                tally.unmeasured_frames, tally.frames
+            );
+        }
     }
     if tally.below_floor_share > 0.0 {
         let _ = writeln!(

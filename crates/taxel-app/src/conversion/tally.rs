@@ -49,6 +49,9 @@ pub struct Tally {
     uncertain: u64,
     /// Share of the taxels, over all frames, whose own reading stands behind their number, be it a bound, 0 to 1.
     pub measured_share: f64,
+    /// Frames in which no taxel was measured.
+    #[serde(skip_serializing_if = "are_none")]
+    pub unmeasured_frames: u64,
     /// Share of the readings that are below what the recorder keeps, 0 to 1.
     #[serde(skip_serializing_if = "is_nothing")]
     pub below_floor_share: f64,
@@ -145,6 +148,7 @@ impl Tally {
             taxels: 0,
             uncertain: 0,
             measured_share: 0.0,
+            unmeasured_frames: 0,
             below_floor_share: 0.0,
             loads_below_nothing: false,
             loads,
@@ -189,6 +193,10 @@ impl Tally {
         if is_answer {
             self.uncertain += counts.of(Mark::Unresolved) as u64;
         }
+        let is_measured = |mark: Mark| mark.is_reading() || mark == Mark::Unresolved;
+        let measured = Mark::ALL.into_iter().filter(|mark| is_measured(*mark));
+        let nothing = measured.map(|mark| counts.of(mark)).sum::<usize>() == 0;
+        self.unmeasured_frames += u64::from(nothing);
         for mark in Mark::ALL {
             let count = counts.of(mark) as u64;
             if count > 0 && mark != Mark::Absent {
@@ -236,6 +244,10 @@ impl Tally {
         let solved = self.unsolved_frames() == 0 && self.ambiguous_frames == 0;
         all && measured && solved && !self.loads_below_nothing
     }
+}
+
+fn are_none(frames: &u64) -> bool {
+    *frames == 0
 }
 
 fn is_nothing(share: &f64) -> bool {

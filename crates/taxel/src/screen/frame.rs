@@ -336,6 +336,7 @@ mod tests {
     use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
+    use super::super::LineScreen;
     use super::super::line::tests::noise;
     use super::*;
 
@@ -437,5 +438,46 @@ mod tests {
         let mut screen = FrameScreen::new(N, N, FULL, &options);
         screen.mark(&mut same).unwrap();
         assert_eq!(marked(&same), [(100, Mark::Spike)]);
+    }
+
+    /// A board that is not up yet, or gone for most of a recording, says nothing of the level; the rest does.
+    #[test]
+    fn frames_of_zeros_are_stuck_wherever_in_a_recording_they_stand() {
+        for zeros in [0..5, 20..25, 0..30] {
+            let mut random = ChaCha8Rng::seed_from_u64(6);
+            let frames: Vec<_> = (0..40)
+                .map(|t| {
+                    let sound = quiet(&mut random);
+                    if zeros.contains(&t) {
+                        Frame::zeros(N, N)
+                    } else {
+                        sound
+                    }
+                })
+                .collect();
+            let mut lines = LineScreen::new(N, N, FULL, &ScreenOptions::default());
+            for frame in &frames {
+                lines.observe(frame).unwrap();
+            }
+            let faults = lines.finish();
+            assert_eq!(faults.blank_frames, zeros.len() as u64);
+            let mut screen = screen();
+            screen.set_lines(&faults);
+            for (t, mut frame) in frames.into_iter().enumerate() {
+                screen.mark(&mut frame).unwrap();
+                let stuck = if zeros.contains(&t) { N * N } else { 0 };
+                assert_eq!(marked(&frame).len(), stuck, "frame {t} of {zeros:?}");
+            }
+        }
+    }
+
+    /// Where lines float the circuit says what is too little to be a reading, before any frame does.
+    #[test]
+    fn a_stream_that_begins_with_zeros_is_stuck_where_the_circuit_says_so() {
+        let sensor = crate::sensor::preset("mat-16x16-cd4067").unwrap();
+        let mut screen = FrameScreen::from_sensor(&sensor);
+        let mut frame = Frame::zeros(N, N);
+        screen.mark(&mut frame).unwrap();
+        assert_eq!(marked(&frame).len(), N * N);
     }
 }

@@ -42,7 +42,8 @@ pub struct Level {
 /// successive readings of unloaded taxels over √2 (offsets cancel; but cross-talk changes). Where the converter cuts
 /// the noise off at 0, the same from what is left above; within a third then.
 ///
-/// Frames lose half of their weight every 512 frames, so that a slow drift is followed.
+/// Frames lose half of their weight every 512 frames, so that a slow drift is followed. A frame of nothing but zeros says
+/// nothing of a level: it comes from a read-out that does not answer, or from a converter that cuts all of it off.
 #[derive(Debug, Clone)]
 pub struct LevelScreen {
     rows: usize,
@@ -108,6 +109,9 @@ impl LevelScreen {
     /// [`Error::Shape`] for a frame of another shape.
     pub fn observe(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
         check_shape("frame to screen", self.rows, self.columns, frame)?;
+        if reads_nothing(frame.values()) {
+            return Ok(());
+        }
         let mut kept = std::mem::take(&mut self.kept);
         let values = self.without_left_out(frame.values(), &mut kept);
         if self.width == 1.0 {
@@ -257,6 +261,11 @@ impl LevelScreen {
             ..rough
         }
     }
+}
+
+/// Whether a frame is nothing but zeros.
+pub(super) fn reads_nothing(values: &[f64]) -> bool {
+    values.iter().all(|&value| value <= 0.0)
 }
 
 /// Moves a rough mode to the centroid of the readings within one standard deviation of it, three times:

@@ -1,6 +1,7 @@
 //! Line faults from a whole recording.
 
 use super::frame::HELD_FRAMES;
+use super::level::reads_nothing;
 use super::line_state::{FrameLines, LineVerdict, Thresholds, classify, is_there};
 use super::short::{AlikePairs, Usual};
 use super::suspect;
@@ -49,6 +50,8 @@ pub struct LineScreen {
     scratch: Vec<f64>,
     frames: u64,
     blank_frames: u64,
+    /// Frames of nothing but zeros: blank as well, where unloaded taxels read more.
+    zero_frames: u64,
     lines: FrameLines,
     /// Of the frame before that was not blank.
     previous: FrameLines,
@@ -89,6 +92,7 @@ impl LineScreen {
             scratch: Vec::with_capacity(2 * rows.max(columns)),
             frames: 0,
             blank_frames: 0,
+            zero_frames: 0,
             lines: FrameLines::new(rows, columns),
             previous: FrameLines::new(rows, columns),
             has_previous: false,
@@ -122,6 +126,10 @@ impl LineScreen {
         self.level = level;
         self.frames += 1;
         if self.options.exported {
+            return Ok(());
+        }
+        if reads_nothing(frame.values()) {
+            self.zero_frames += 1;
             return Ok(());
         }
         let thresholds = Thresholds::new(level, self.max_count, &self.options);
@@ -269,13 +277,16 @@ impl LineScreen {
                     }),
             );
         }
+        let falls = Thresholds::new(self.level, self.max_count, &self.options)
+            .floor
+            .is_some();
         let all_along = |run: u8| self.frames > 1 && u64::from(run) == self.frames;
         let held = self.held.iter().zip(&self.at_ceiling).enumerate();
         LineFaults {
             faults,
             level: self.level,
             frames: self.frames,
-            blank_frames: self.blank_frames,
+            blank_frames: self.blank_frames + if falls { self.zero_frames } else { 0 },
             held_at_ceiling: held
                 .filter(|(_, (held, run))| **held || all_along(**run))
                 .map(|(taxel, _)| taxel)

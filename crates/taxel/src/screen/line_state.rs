@@ -188,10 +188,12 @@ impl Thresholds {
         let really = (options.real_load_sigmas * noise)
             .max(options.real_load_share_of_range * max_count)
             .max(above);
-        let least = if options.floating {
-            options.unloaded_counts.unwrap_or(0.0).min(baseline)
-        } else {
-            baseline
+        // Before any frame has told a level, the circuit does.
+        let by_circuit = options.unloaded_counts.filter(|_| options.floating);
+        let least = match (by_circuit, level) {
+            (Some(counts), None) => counts,
+            (counts, Some(_)) if options.floating => counts.unwrap_or(0.0).min(baseline),
+            _ => baseline,
         };
         // What is out reads 0 and half a bell of noise above it: it must fit below the floor.
         let far_enough =
@@ -201,7 +203,7 @@ impl Thresholds {
             baseline,
             least,
             noise,
-            floor: (level.is_some() && far_enough).then_some(least - fall),
+            floor: far_enough.then_some(least - fall),
             loaded: baseline + above,
             really_loaded: baseline + really,
             ceiling: max_count - options.end_counts,
