@@ -2,6 +2,7 @@
 
 mod blocks;
 mod faults;
+mod pieces;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -149,12 +150,19 @@ impl<R: Read> Grid<R> {
         self.lines.bytes()
     }
 
+    /// Bytes of a frame, on average so far.
+    pub(crate) fn frame_bytes(&self) -> Option<u64> {
+        let each = self.bytes().checked_div(self.frame);
+        each.filter(|bytes| *bytes > 0)
+    }
+
     pub(crate) fn skips(&self) -> &SkipLog {
         &self.skips
     }
 
     /// The next frame's values, row by row, or `None` at the end. `values` holds rows × columns.
     pub(crate) fn next(&mut self, values: &mut [f64]) -> Result<Option<Got>, Error> {
+        self.check_stopped()?;
         while !self.done {
             self.progress = Progress::default();
             let first_line = self.lines.number() + 1;
@@ -201,15 +209,8 @@ impl<R: Read> Grid<R> {
 
     fn line(&mut self) -> Result<Line, Error> {
         let bytes = self.lines.bytes();
-        self.lines.next().map_err(|source| {
-            let file = self.file.clone();
-            self.done = true;
-            Error::Read {
-                file,
-                bytes,
-                source,
-            }
-        })
+        let line = self.lines.next();
+        line.map_err(|source| self.unreadable(bytes, source))
     }
 
     fn one_frame(&mut self, values: &mut [f64]) -> Result<Option<Option<f64>>, Error> {

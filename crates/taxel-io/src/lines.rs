@@ -1,7 +1,6 @@
 //! Lines of a byte stream through one bounded buffer.
 
 use std::io::{self, ErrorKind, Read};
-use std::ops::Range;
 
 use crate::plain::{self, Kept};
 
@@ -105,27 +104,27 @@ impl<R: Read> Lines<R> {
         plain::read_cells(&self.buffer, from..to, part, out)
     }
 
-    /// Holds as many bytes of the lines that come next, or all there are: the buffer, and where in it they are. `None` where the
-    /// line given last is to come once more.
-    pub(crate) fn hold(&mut self, bytes: usize) -> io::Result<Option<(&[u8], Range<usize>)>> {
-        if self.again {
-            return Ok(None);
-        }
-        let room = bytes + BEFORE + BEHIND;
-        if self.buffer.len() < room {
-            self.buffer.resize(room, 0);
-        }
-        while !self.ended && self.end - self.start < bytes {
-            self.fill()?;
-        }
-        Ok(Some((&self.buffer, self.start..self.end)))
+    /// The bytes that are held of the lines that come next, and what they were read from. `None` where the line given last is to
+    /// come once more.
+    pub(crate) fn held(&mut self) -> Option<(&[u8], &mut R)> {
+        (!self.again).then_some((&self.buffer[self.start..self.end], &mut self.reader))
     }
 
-    /// Goes past lines that are held.
-    pub(crate) fn skip(&mut self, bytes: usize, lines: u64) {
-        self.start += bytes;
+    /// Goes past lines of all in all so many bytes that were read elsewhere; what was held and read behind them, piece by
+    /// piece, comes next.
+    pub(crate) fn put_back<'a>(
+        &mut self,
+        bytes: usize,
+        lines: usize,
+        rest: impl Iterator<Item = &'a [u8]>,
+    ) {
+        self.buffer.truncate(BEFORE);
+        rest.for_each(|piece| self.buffer.extend_from_slice(piece));
+        (self.start, self.end) = (BEFORE, self.buffer.len());
+        let room = (self.end + BEHIND).max(FIRST_BUFFER);
+        self.buffer.resize(room, 0);
         self.bytes += bytes as u64;
-        self.number += lines;
+        self.number += lines as u64;
         self.last = Line::End;
     }
 
@@ -226,15 +225,20 @@ impl<R: Read> Lines<R> {
             let length = self.buffer.len() * 2;
             self.buffer.resize(length, 0);
         }
-        loop {
-            let room = self.buffer.len() - BEHIND;
-            match self.reader.read(&mut self.buffer[self.end..room]) {
-                Ok(0) => self.ended = true,
-                Ok(n) => self.end += n,
-                Err(error) if error.kind() == ErrorKind::Interrupted => continue,
-                Err(error) => return Err(error),
-            }
-            return Ok(());
+        let room = self.buffer.len() - BEHIND;
+        let read = read_some(&mut self.reader, &mut self.buffer[self.end..room])?;
+        self.ended = read == 0;
+        self.end += read;
+        Ok(())
+    }
+}
+
+/// Reads once; 0 at the end.
+pub(crate) fn read_some(reader: &mut impl Read, out: &mut [u8]) -> io::Result<usize> {
+    loop {
+        match reader.read(out) {
+            Err(error) if error.kind() == ErrorKind::Interrupted => {}
+            read => return read,
         }
     }
 }

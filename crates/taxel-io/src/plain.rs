@@ -2,9 +2,11 @@
 //! without a branch for any digit, as many bytes at a time as a register holds. Of every other line nothing is said but that it is
 //! another: the careful reader tells what is wrong with it, if anything is.
 
-use std::ops::Range;
+mod narrow;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
-use crate::words::{no_digits, others};
+use std::ops::Range;
 
 /// Bytes whose commas are looked for at once.
 const BLOCK: usize = 64;
@@ -17,8 +19,8 @@ pub(crate) const BEFORE: usize = DIGITS + 1;
 pub(crate) const BEHIND: usize = BLOCK + DIGITS;
 /// Numbers that are cut out of the text before they are computed, several at a time.
 const HELD: usize = 256;
-/// So many are cut out in one go; those behind the last are none, and are written over.
-const STEP: usize = 4;
+/// A block with the bytes beside it that its first and last numbers are read with.
+type Window = [u8; BLOCK + 2 * DIGITS];
 
 /// How a number is kept.
 pub(crate) trait Kept: Copy + PartialOrd {
@@ -57,18 +59,69 @@ pub(crate) fn read_cells<T: Kept>(
     has_room && !line.is_empty() && numbers(text, line, part, out).is_some()
 }
 
+/// By the widest registers that this processor has.
 fn numbers<T: Kept>(text: &[u8], line: Range<usize>, part: u8, out: &mut [T]) -> Option<()> {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(way) = *wide::WAY {
+        return way.numbers(text, line, part, out);
+    }
+    numbers_by(narrow::Words, text, line, part, out)
+}
+
+/// How numbers are cut out of a block of text, and computed.
+trait Way: Copy {
+    /// Numbers that are cut out, and not computed yet.
+    type Cut;
+
+    /// None.
+    fn nothing(self) -> Self::Cut;
+
+    /// Of the bytes of a block, a bit for each: those that are no digits; and those that are no commas either, or what else
+    /// parts cells.
+    fn ends_and_others(self, block: &[u8; BLOCK], part: u8) -> (u64, u64);
+
+    /// Cuts the digits of every number that ends in a block out of it, as the numbers from `count` on; how many. Those behind the
+    /// last are none, and are written over. `before`: where the numbers of the block before it end.
+    fn cut_out(
+        self,
+        window: &Window,
+        ends: u64,
+        before: u64,
+        cut: &mut Self::Cut,
+        count: usize,
+    ) -> Option<usize>;
+
+    /// Adds its first digit to a number of five.
+    fn add_fifth(self, cut: &mut Self::Cut, at: usize, digit: u8);
+
+    /// Computes so many numbers into the first places; those that are left. `None` where one is above [`MOST`].
+    fn keep<'a, T: Kept>(
+        self,
+        cut: &mut Self::Cut,
+        count: usize,
+        places: &'a mut [T],
+    ) -> Option<&'a mut [T]>;
+}
+
+#[inline(always)]
+fn numbers_by<T: Kept>(
+    way: impl Way,
+    text: &[u8],
+    line: Range<usize>,
+    part: u8,
+    out: &mut [T],
+) -> Option<()> {
     // What ends the last number: the comma that closes the line, or whatever stands behind it.
     let closes = text[line.end - 1] != part;
     let end = line.end + usize::from(closes);
     let mut places = out;
-    let (mut held, mut count) = ([0; HELD], 0);
+    let (mut cut, mut count) = (way.nothing(), 0);
     // As if a number had ended before the line, and none had begun that is longer than most.
     let mut before = u64::MAX;
     let mut is_long = false;
     for at in (line.start..end).step_by(BLOCK) {
-        let window: &[u8; BLOCK + 2 * DIGITS] = text.get(at - DIGITS..)?.first_chunk()?;
-        let (mut ends, mut strange) = ends_and_others(window[DIGITS..].first_chunk()?, part);
+        let window: &Window = text.get(at - DIGITS..)?.first_chunk()?;
+        let (mut ends, mut strange) = way.ends_and_others(window[DIGITS..].first_chunk()?, part);
         let left = (end - at).min(BLOCK);
         let own = u64::MAX >> (BLOCK - left);
         if at + left == end {
@@ -83,99 +136,37 @@ fn numbers<T: Kept>(text: &[u8], line: Range<usize>, part: u8, out: &mut [T]) ->
         // Behind their fifth digit numbers end.
         let long = (longer & own) << 1 | u64::from(is_long);
         is_long = (longer & own) >> (BLOCK - 1) == 1;
-        if count + BLOCK + STEP > HELD {
-            places = keep(&held, count, places)?;
+        if count + BLOCK > HELD {
+            places = way.keep(&mut cut, count, places)?;
             count = 0;
         }
-        let cut: &mut [u32; BLOCK + STEP] = held[count..].first_chunk_mut()?;
-        count += cut_out(window, ends, before, cut);
+        let own = way.cut_out(window, ends, before, &mut cut, count)?;
         if long != 0 {
-            add_fifths(&text[at - BEFORE..], long, ends, cut)?;
+            add_fifths(way, &text[at - BEFORE..], long, ends, (&mut cut, count));
         }
+        count += own;
         before = ends;
     }
-    keep(&held, count, places)?.is_empty().then_some(())
+    way.keep(&mut cut, count, places)?.is_empty().then_some(())
 }
 
-/// Cuts the digits of every number that ends in a block out of it, each with zeros before them; how many. `window` has a few
-/// bytes before the block and behind it; `before`: where the numbers of the block before it end.
-#[inline(always)]
-fn cut_out(
-    window: &[u8; BLOCK + 2 * DIGITS],
-    mut ends: u64,
-    before: u64,
-    held: &mut [u32; BLOCK + STEP],
-) -> usize {
-    // Of as many digits as the place says: only the last bytes of a word.
-    const DIGITS_OF: [u32; 8] = [
-        0,
-        0x0F00_0000,
-        0x0F0F_0000,
-        0x0F0F_0F00,
-        0x0F0F_0F0F,
-        0x0F0F_0F0F,
-        0,
-        0,
-    ];
-    let count = ends.count_ones() as usize;
-    let mut start = 0usize.wrapping_sub(before.leading_zeros() as usize);
-    for step in held.chunks_exact_mut(STEP).take(count.div_ceil(STEP)) {
-        for held in step {
-            let end = ends.trailing_zeros() as usize;
-            let digits = DIGITS_OF[end.wrapping_sub(start) & 7];
-            let from = end & (BLOCK - 1);
-            let [a, b, c, d] = [from, from + 1, from + 2, from + 3].map(|at| window[at]);
-            *held = u32::from_le_bytes([a, b, c, d]) & digits;
-            ends &= ends.wrapping_sub(1);
-            start = end + 1;
-        }
-    }
-    count
-}
-
-/// Adds the first digits of numbers of five, which end where `long` says, to their thousands; `None` where one is above [`MOST`].
-/// `text` begins [`BEFORE`] bytes before the block whose numbers were cut out.
+/// Adds the first digits of numbers of five, which end where `long` says, to those that were cut out from `first` on.
+/// `text` begins [`BEFORE`] bytes before their block.
 #[cold]
-fn add_fifths(text: &[u8], mut long: u64, ends: u64, cut: &mut [u32]) -> Option<()> {
+fn add_fifths<W: Way>(
+    way: W,
+    text: &[u8],
+    mut long: u64,
+    ends: u64,
+    (cut, first): (&mut W::Cut, usize),
+) {
     while long != 0 {
         let end = long.trailing_zeros();
         let place = (ends & ((1 << end) - 1)).count_ones() as usize;
         let fifth = text[end as usize + BEFORE - 5] & 0x0F;
-        cut[place] += u32::from(10 * fifth);
-        if number(cut[place]) > MOST {
-            return None;
-        }
+        way.add_fifth(cut, first + place, fifth);
         long &= long - 1;
     }
-    Some(())
-}
-
-/// Computes numbers that were cut out into the first places; those that are left.
-#[inline(always)]
-fn keep<'a, T: Kept>(held: &[u32; HELD], count: usize, places: &'a mut [T]) -> Option<&'a mut [T]> {
-    let (filled, rest) = places.split_at_mut_checked(count)?;
-    let (eights, last) = filled.as_chunks_mut::<8>();
-    let (numbers, _) = held.as_chunks::<8>();
-    for (eight, held) in eights.iter_mut().zip(numbers) {
-        // No `map` of an array: it is not inlined.
-        for (place, digits) in eight.iter_mut().zip(held) {
-            *place = T::of(number(*digits));
-        }
-    }
-    for (place, held) in last.iter_mut().zip(&held[count & !7..]) {
-        *place = T::of(number(*held));
-    }
-    Some(rest)
-}
-
-/// The number of four digits, the first in the lowest byte, which may be more than a digit.
-#[inline(always)]
-fn number(digits: u32) -> u32 {
-    // Of two digits each, then of four; by shifts and sums, which every processor has for several numbers at once.
-    let tens = digits & 0x00FF_00FF;
-    let pairs = (digits >> 8 & 0x00FF_00FF) + (tens << 3) + (tens << 1);
-    let hundreds = pairs & 0xFFFF;
-    (pairs >> 16) + (hundreds << 6) + (hundreds << 5) + (hundreds << 2)
 }
 
 /// What is out of the usual in a block.
@@ -197,25 +188,6 @@ fn misfits(before: u64, ends: u64) -> Misfits {
         wrong: none | longer & !behind(5),
         longer,
     }
-}
-
-/// Of the bytes of a block, a bit for each: those that are no digits; and those that are no commas either, or what else parts cells.
-#[inline(always)]
-fn ends_and_others(block: &[u8; BLOCK], part: u8) -> (u64, u64) {
-    let (mut ends, mut strange) = (0, 0);
-    for (at, bytes) in block.as_chunks::<8>().0.iter().enumerate() {
-        let word = u64::from_le_bytes(*bytes);
-        let end = no_digits(word);
-        ends |= bits(end) << (8 * at);
-        strange |= bits(end & others(word, part)) << (8 * at);
-    }
-    (ends, strange)
-}
-
-/// The high bits of eight bytes, one behind the other.
-#[inline(always)]
-fn bits(high: u64) -> u64 {
-    (high >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56
 }
 
 #[cfg(test)]

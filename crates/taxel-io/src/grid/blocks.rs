@@ -1,21 +1,17 @@
 //! Many frames of plain lines at once, by several threads. Where a line is of another kind, its frame and what follows are left
 //! as they were, for the careful reader.
 
-use std::io::Read;
+use std::io::{self, Read};
 use std::ops::Range;
-use std::sync::{Mutex, PoisonError};
 
 use taxel::Executor;
 
+use super::pieces::{Pieces, Wanted};
 use super::{Extra, Grid};
 use crate::error::Error;
 use crate::number::Rule;
-use crate::plain::read_line;
 
-/// Bytes that are held at once, and those that one thread reads in one go.
-const HELD: usize = if cfg!(test) { 1 << 10 } else { 1 << 20 };
-const PIECE: usize = HELD / 8;
-/// Numbers of a frame of which several fit into what is held.
+/// Numbers of a frame of which several fit into what is read at once.
 const MOST_NUMBERS: usize = 1 << 16;
 /// After a frame that was not plain so many are read carefully before it is tried again, at most.
 const MOST_CAREFUL: u32 = 64;
@@ -23,57 +19,24 @@ const MOST_CAREFUL: u32 = 64;
 /// What is kept from one block to the next.
 #[derive(Default)]
 pub(super) struct Plain {
-    pieces: Vec<Mutex<Piece>>,
+    pieces: Pieces,
     /// Frames to be read carefully from now on, and how many it will be after the next one that is not plain.
     careful: u32,
     next_careful: u32,
+    /// Whether a block was begun and not ended: who wanted no more unwound out of it, and what was read of it is gone.
+    is_stopped: bool,
 }
 
-/// Some of the lines that are held.
-#[derive(Default)]
-struct Piece {
-    /// Where they stand.
-    bytes: Range<usize>,
-    numbers: Vec<u16>,
-    lines: usize,
-    /// Bytes of the lines that were read: all of them, or those before one that is not plain.
-    read: usize,
-}
-
-impl Piece {
-    fn read(&mut self, text: &[u8], columns: usize, most: u16) {
-        (self.lines, self.read) = (0, 0);
-        let mut used = 0;
-        while self.read < self.bytes.len() {
-            let from = self.bytes.start + self.read;
-            let Some(length) = memchr::memchr(b'\n', &text[from..self.bytes.end]) else {
-                break;
-            };
-            let returns = text[from..from + length].iter().rev();
-            let returns = returns.take_while(|byte| **byte == b'\r').count();
-            if self.numbers.len() < used + columns {
-                // Grown by more than one line, and never cleared: what is there is written over.
-                self.numbers.resize(2 * used + columns, 0);
-            }
-            let out = &mut self.numbers[used..used + columns];
-            if !read_line(text, from..from + length - returns, out, most) {
-                break;
-            }
-            used += columns;
-            self.lines += 1;
-            self.read += length + 1;
-        }
-    }
-}
-
-impl<R: Read> Grid<R> {
-    /// Reads plain frames, at most so many, behind `out`: their positions.
+impl<R: Read + Send> Grid<R> {
+    /// Reads plain frames, at most so many, behind `out`: their positions. Who unwinds out of the executor has lost them, and
+    /// cannot read on.
     pub(crate) fn next_counts(
         &mut self,
         most: usize,
         out: &mut Vec<u16>,
         executor: &dyn Executor,
     ) -> Result<Range<u64>, Error> {
+        self.check_stopped()?;
         let first = self.frame;
         if self.plain.careful > 0 {
             self.plain.careful -= 1;
@@ -92,7 +55,7 @@ impl<R: Read> Grid<R> {
         Ok(first..self.frame)
     }
 
-    /// Reads the plain frames that fit into what is held at once; whether there may be more.
+    /// Reads plain frames, at most so many; whether there may be more.
     fn block(
         &mut self,
         wanted: usize,
@@ -102,53 +65,58 @@ impl<R: Read> Grid<R> {
         let Rule::Counts { maximum } = self.rule else {
             return Ok(false);
         };
-        let most = maximum.min(f64::from(u16::MAX)) as u16;
-        let columns = self.line_numbers;
         let bytes = self.lines.bytes();
-        let held = self.lines.hold(HELD).map_err(|source| {
-            self.done = true;
-            Error::Read {
-                file: self.file.clone(),
-                bytes,
-                source,
-            }
-        })?;
-        let Some((text, held)) = held else {
+        let text = Wanted {
+            columns: self.line_numbers,
+            frame_lines: self.frame_lines,
+            most: maximum.min(f64::from(u16::MAX)) as u16,
+            lines: wanted.saturating_mul(self.frame_lines),
+            // By the frames so far.
+            bytes: (wanted as u64).saturating_mul(self.frame_bytes().unwrap_or(0)),
+        };
+        let Some(from) = self.lines.held() else {
             return Ok(false);
         };
-        let pieces = cut(&text[..held.end], held.clone(), &mut self.plain.pieces);
-        executor.each(pieces.len(), &|piece| {
-            let mut piece = pieces[piece].lock().unwrap_or_else(PoisonError::into_inner);
-            piece.read(text, columns, most);
-        });
         let begun = out.len();
-        let (mut lines, mut end, mut is_plain) = (0, held.start, true);
-        for piece in pieces {
-            let piece = piece.get_mut().unwrap_or_else(PoisonError::into_inner);
-            out.extend_from_slice(&piece.numbers[..piece.lines * columns]);
-            lines += piece.lines;
-            end = piece.bytes.start + piece.read;
-            is_plain = piece.read == piece.bytes.len();
-            if !is_plain {
-                break;
-            }
-        }
-        let frames = (lines / self.frame_lines).min(wanted);
-        let own = frames * self.frame_lines;
-        out.truncate(begun + own * columns);
-        for _ in own..lines {
-            end = held.start
-                + memchr::memrchr(b'\n', &text[held.start..end - 1]).map_or(0, |at| at + 1);
-        }
+        self.plain.is_stopped = true;
+        let found = self.plain.pieces.read(from, &text, out, executor);
+        self.plain.is_stopped = false;
+        let mut found = found.map_err(|source| self.unreadable(bytes, source))?;
+        let frames = (found.lines / self.frame_lines).min(wanted);
+        let lines = frames * self.frame_lines;
+        out.truncate(begun + lines * self.line_numbers);
+        let (bytes, comma) = found.keep(lines);
         if frames > 0 {
             self.extra = Extra::Never;
-            let line = text[held.start..end].trim_ascii_end();
-            self.commas = line.ends_with(b",");
-            self.lines.skip(end - held.start, own as u64);
+            self.commas = comma;
             self.frame += frames as u64;
         }
-        self.plain.was(is_plain && frames > 0);
-        Ok(is_plain && frames > 0)
+        let rest = found.rest().chain([&self.plain.pieces.tail[..]]);
+        self.lines.put_back(bytes, lines, rest);
+        let (is_plain, has_ended) = (found.is_plain && frames > 0, found.has_ended);
+        self.plain.pieces.free(found);
+        self.plain.was(is_plain);
+        Ok(is_plain && !has_ended)
+    }
+}
+
+impl<R: Read> Grid<R> {
+    pub(super) fn check_stopped(&mut self) -> Result<(), Error> {
+        if !self.plain.is_stopped {
+            return Ok(());
+        }
+        let bytes = self.lines.bytes();
+        let source = io::Error::other("reading was stopped before, and what was read then is gone");
+        Err(self.unreadable(bytes, source))
+    }
+
+    pub(super) fn unreadable(&mut self, bytes: u64, source: io::Error) -> Error {
+        self.done = true;
+        Error::Read {
+            file: self.file.clone(),
+            bytes,
+            source,
+        }
     }
 }
 
@@ -164,37 +132,9 @@ impl Plain {
     }
 }
 
-/// Cuts the lines of `text`, of bytes `held`, into pieces of several lines.
-fn cut<'a>(
-    text: &[u8],
-    held: Range<usize>,
-    pieces: &'a mut Vec<Mutex<Piece>>,
-) -> &'a mut [Mutex<Piece>] {
-    let (mut from, mut count) = (held.start, 0);
-    while from < held.end {
-        let near = (from + PIECE).min(held.end);
-        let end = match memchr::memchr(b'\n', &text[near..]) {
-            Some(length) => near + length + 1,
-            // What is not ended yet is of no piece.
-            None => memchr::memrchr(b'\n', &text[from..]).map_or(from, |at| from + at + 1),
-        };
-        if end == from {
-            break;
-        }
-        if count == pieces.len() {
-            pieces.push(Mutex::default());
-        }
-        let piece = pieces[count]
-            .get_mut()
-            .unwrap_or_else(PoisonError::into_inner);
-        piece.bytes = from..end;
-        (from, count) = (end, count + 1);
-    }
-    &mut pieces[..count]
-}
-
 #[cfg(test)]
 mod tests {
+    use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
     use std::path::Path;
 
     use proptest::prelude::*;
@@ -313,5 +253,32 @@ mod tests {
         assert_eq!(out, [1, 22, 333].repeat(64 * 49));
         assert_eq!(grid.bytes(), text.len() as u64);
         assert!(!grid.next_into(&mut frame).unwrap());
+    }
+
+    /// Does half of the jobs, and wants no more.
+    struct Stopping;
+
+    impl Executor for Stopping {
+        fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
+            (0..jobs / 2).for_each(job);
+            resume_unwind(Box::new("stopped"));
+        }
+    }
+
+    #[test]
+    fn who_stopped_cannot_read_on() {
+        let text = "1,2,3\n".repeat(600);
+        let options = ReadOptions::new(2, 3);
+        let rule = Rule::Counts { maximum: 1023.0 };
+        let mut grid = Grid::new(text.as_bytes(), Path::new("a"), options, rule).unwrap();
+        let mut frame = Frame::<Counts>::zeros(2, 3);
+        assert!(grid.next_into(&mut frame).unwrap());
+        let mut out = Vec::new();
+        let stopped = catch_unwind(AssertUnwindSafe(|| {
+            grid.next_counts(300, &mut out, &Stopping)
+        }));
+        assert!(stopped.is_err());
+        let error = grid.next_into(&mut frame).unwrap_err().to_string();
+        assert!(error.contains("stopped before"), "{error}");
     }
 }

@@ -30,6 +30,13 @@ struct Solved {
     marks: Vec<Mark>,
 }
 
+impl Solved {
+    /// `None` where nothing bounds it.
+    fn noise_of(&self, taxel: usize) -> Option<f64> {
+        Some(self.noise_g[taxel]).filter(|g| g.is_finite())
+    }
+}
+
 /// The frames of a check.
 pub(super) struct Measurement<'a> {
     sensor: &'a Sensor,
@@ -58,10 +65,18 @@ pub(super) struct Readings {
     pub(super) presses: Vec<PressReading>,
     /// Of the whole array.
     pub(super) totals: Vec<Reading>,
-    /// Of taxels that are said to carry nothing, grams.
-    pub(super) unloaded_g: Vec<f64>,
-    /// What unloaded taxels of a frame read, grams.
-    pub(super) offsets_g: Vec<f64>,
+    /// Of taxels that are said to carry nothing.
+    pub(super) unloaded: Vec<Unloaded>,
+    /// What half of the taxels of a quiet or empty frame read less than.
+    pub(super) offsets: Vec<Unloaded>,
+}
+
+/// What is read where nothing stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Unloaded {
+    pub(super) reads_g: f64,
+    /// What noise has a part in of one reading, a standard deviation.
+    pub(super) noise_g: f64,
 }
 
 /// Turns frames into solved ones.
@@ -80,8 +95,8 @@ impl Reader {
         })
     }
 
-    /// A frame's conductances; `noise`: with what noise has a part in. None without an answer.
-    fn solve(&mut self, frame: &Frame<Counts>, noise: bool) -> Result<Option<Solved>, Error> {
+    /// A frame's conductances, with what noise has a part in. None without an answer.
+    fn solve(&mut self, frame: &Frame<Counts>) -> Result<Option<Solved>, Error> {
         self.pipeline.begin_anew();
         let result = self.pipeline.process(frame);
         let (Some(siemens), true) = (result.siemens, result.outcome.is_answer()) else {
@@ -89,14 +104,12 @@ impl Reader {
         };
         let loads = result.newtons()?;
         let mut noise_g = vec![0.0; loads.values().len()];
-        if noise {
-            let mut marks = loads.marks().to_vec();
-            self.errors
-                .of_loads(siemens, loads.values(), true, &mut marks)?;
-            let parts = self.errors.parts().noise.values();
-            for (to, &newtons) in noise_g.iter_mut().zip(parts) {
-                *to = grams_from_newtons(newtons);
-            }
+        let mut marks = loads.marks().to_vec();
+        self.errors
+            .of_loads(siemens, loads.values(), true, &mut marks)?;
+        let parts = self.errors.parts().noise.values();
+        for (to, &newtons) in noise_g.iter_mut().zip(parts) {
+            *to = grams_from_newtons(newtons);
         }
         Ok(Some(Solved {
             siemens: siemens.clone(),
@@ -112,7 +125,7 @@ impl<'a> Measurement<'a> {
         let mut left_out = data.left_out.clone();
         let mut frames = Vec::with_capacity(data.frames.len());
         for (i, frame) in data.frames.iter().enumerate() {
-            let solved = reader.solve(frame, true)?;
+            let solved = reader.solve(frame)?;
             if solved.is_none() {
                 left_out.push(format!("frame {i} of the presses has no answer"));
             }
@@ -204,7 +217,7 @@ impl<'a> Measurement<'a> {
         let mut empty = Vec::new();
         for solved in &self.empty {
             loads_into(&mut laws, solved, &mut loads)?;
-            readings.offsets_g.extend(middle(solved, &loads));
+            readings.offsets.extend(middle(solved, &loads));
             empty.push(loads.values().iter().sum());
         }
         // What the empty array reads adds up over all taxels.
@@ -222,6 +235,7 @@ impl<'a> Measurement<'a> {
                     load_g: *load_g,
                     reads_g,
                     sigma_g,
+                    expected_g: sigma_g,
                 });
             }
         }
@@ -237,7 +251,10 @@ impl<'a> Measurement<'a> {
                 continue;
             }
             if label.load_g == 0.0 {
-                to.unloaded_g.push(loads.values()[taxel]);
+                to.unloaded.push(Unloaded {
+                    reads_g: loads.values()[taxel],
+                    noise_g: solved.noise_of(taxel).unwrap_or(0.0),
+                });
                 continue;
             }
             heaviest = heaviest.max(label.load_g);
@@ -247,14 +264,15 @@ impl<'a> Measurement<'a> {
                 let taxel = row * loads.columns() + column;
                 if is_measured(solved.marks[taxel]) {
                     reads_g += loads.values()[taxel];
-                    let noise_g = Some(solved.noise_g[taxel]).filter(|g| g.is_finite());
-                    noise += noise_g.unwrap_or(0.0).powi(2);
+                    noise += solved.noise_of(taxel).unwrap_or(0.0).powi(2);
                 }
             }
+            let noise_g = noise.sqrt();
             let reading = Reading {
                 load_g: label.load_g,
                 reads_g,
-                sigma_g: noise.sqrt().hypot(self.model_g(reads_g)),
+                sigma_g: noise_g.hypot(self.model_g(reads_g)),
+                expected_g: noise_g.hypot(self.model_g(label.load_g)),
             };
             to.presses.push(PressReading {
                 press,
@@ -265,7 +283,7 @@ impl<'a> Measurement<'a> {
         let values = loads.values();
         let loaded = values.iter().filter(|g| **g > 0.1 * heaviest).count();
         if heaviest > 0.0 && (loaded as f64) < QUIET_SHARE * values.len() as f64 {
-            to.offsets_g.extend(middle(solved, loads));
+            to.offsets.extend(middle(solved, loads));
         }
     }
 
@@ -342,10 +360,14 @@ fn is_measured(mark: Mark) -> bool {
     matches!(mark, Mark::Good | Mark::Interpolated)
 }
 
-/// What half of the taxels read less than, grams.
-fn middle(solved: &Solved, loads: &Frame<Grams>) -> Option<f64> {
-    let each = loads.values().iter().zip(&solved.marks);
-    median(each.filter(|(_, m)| **m == Mark::Good).map(|(g, _)| *g))
+/// What half of the taxels read less than.
+fn middle(solved: &Solved, loads: &Frame<Grams>) -> Option<Unloaded> {
+    let is_good = |taxel: &usize| solved.marks[*taxel] == Mark::Good;
+    let good = || (0..solved.marks.len()).filter(is_good);
+    Some(Unloaded {
+        reads_g: median(good().map(|taxel| loads.values()[taxel]))?,
+        noise_g: median(good().filter_map(|taxel| solved.noise_of(taxel))).unwrap_or(0.0),
+    })
 }
 
 fn loads_into(laws: &mut Pipeline, solved: &Solved, loads: &mut Frame<Grams>) -> Result<(), Error> {
@@ -365,7 +387,7 @@ fn solve_all(
 ) -> Result<Vec<Solved>, Error> {
     let mut all = Vec::new();
     for (i, frame) in frames.iter().enumerate() {
-        match reader.solve(frame, false)? {
+        match reader.solve(frame)? {
             Some(solved) => all.push(solved),
             None => left_out.push(format!("frame {i} of {what} has no answer")),
         }

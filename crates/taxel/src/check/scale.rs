@@ -17,8 +17,11 @@ const FALSE_ALARM: f64 = 0.01;
 pub(super) struct Reading {
     pub(super) load_g: f64,
     pub(super) reads_g: f64,
-    /// Standard error of what is read, grams: noise and model, not the fit.
+    /// Standard error that is stated of what is read, grams: noise and model, not the fit;
     pub(super) sigma_g: f64,
+    /// and the one of a reading of the load itself. What reads too little, as where a line came and went, is stated to be known
+    /// too well.
+    pub(super) expected_g: f64,
 }
 
 /// The scale of loads.
@@ -39,7 +42,7 @@ impl Scale {
         let ratios: Vec<f64> = readings.iter().map(|r| r.reads_g / r.load_g).collect();
         let sigma = |r: &Reading| {
             if stated {
-                (r.sigma_g / r.load_g).max(1e-6)
+                (r.sigma_g.max(r.expected_g) / r.load_g).max(1e-6)
             } else {
                 1.0
             }
@@ -110,6 +113,7 @@ mod tests {
             load_g,
             reads_g: ratio * load_g,
             sigma_g: 0.02 * load_g,
+            expected_g: 0.02 * load_g,
         }
     }
 
@@ -140,5 +144,19 @@ mod tests {
         assert!((binomial_at_least(3, 12, 0.05) - 0.01957).abs() < 1e-4);
         assert!((binomial_at_least(4, 12, 0.05) - 0.00224).abs() < 1e-4);
         assert_eq!(binomial_at_least(0, 12, 0.05), 1.0);
+    }
+
+    /// A line came and went: next to nothing is read, and stated to be known very well.
+    #[test]
+    fn a_press_that_is_hardly_read_moves_it_no_more_than_another() {
+        let good = [1.02, 1.03, 1.01, 1.04, 1.02, 1.0, 1.03];
+        let mut readings: Vec<Reading> = good.iter().map(|&r| reading(200.0, r)).collect();
+        readings.push(Reading {
+            reads_g: 0.02,
+            sigma_g: 0.01,
+            ..reading(200.0, 1.0)
+        });
+        let scale = Scale::of(&readings, true).unwrap();
+        assert!((scale.value - 1.02).abs() < 0.02, "{scale:?}");
     }
 }

@@ -37,10 +37,18 @@ struct Told<'a> {
     conductance: f64,
     before: Readings,
     after: Readings,
-    /// What unloaded taxels read with its standard error, grams.
-    offset: Option<(f64, Option<f64>)>,
+    /// What unloaded taxels read.
+    offset: Option<Offset>,
     has_empty: bool,
     has_known_loads: bool,
+}
+
+/// What unloaded taxels read, of many readings.
+struct Offset {
+    value_g: f64,
+    standard_error_g: Option<f64>,
+    /// What noise has a part in of a single reading, a standard deviation.
+    noise_g: f64,
 }
 
 /// The verdict on a sensor without an earlier check.
@@ -95,16 +103,20 @@ fn conductance(
 }
 
 /// Of frames where they are quiet or empty, else of single taxels.
-fn offset(readings: &Readings) -> Option<(f64, Option<f64>)> {
-    let from = if readings.offsets_g.is_empty() {
-        &readings.unloaded_g
+fn offset(readings: &Readings) -> Option<Offset> {
+    let from = if readings.offsets.is_empty() {
+        &readings.unloaded
     } else {
-        &readings.offsets_g
+        &readings.offsets
     };
-    let value = median(from.iter().copied())?;
-    let scatter = robust_deviation(from.iter().map(|g| g - value));
+    let value_g = median(from.iter().map(|one| one.reads_g))?;
+    let scatter = robust_deviation(from.iter().map(|one| one.reads_g - value_g));
     let error = OF_MEDIAN * scatter / (from.len() as f64).sqrt();
-    Some((value, (from.len() > 2).then_some(error)))
+    Some(Offset {
+        value_g,
+        standard_error_g: (from.len() > 2).then_some(error),
+        noise_g: median(from.iter().map(|one| one.noise_g)).unwrap_or(0.0),
+    })
 }
 
 impl Told<'_> {
@@ -125,11 +137,13 @@ impl Told<'_> {
                 load_g,
                 reads_g,
                 sigma_g,
+                ..
             } = p.reading;
             (reads_g - load_g).abs() <= stated.factor_95 * sigma_g.hypot(fit_share * reads_g)
         });
-        let floor = stated.factor_95 * stated.model_floor_g;
-        let unloaded = readings.unloaded_g.iter().map(|g| g.abs() <= floor);
+        let unloaded = readings.unloaded.iter().map(|one| {
+            one.reads_g.abs() <= stated.factor_95 * stated.model_floor_g.hypot(one.noise_g)
+        });
         let inside: Vec<bool> = presses.chain(unloaded).collect();
         let (all, good) = (inside.len(), inside.iter().filter(|i| **i).count());
         (all > 0).then(|| Intervals {
@@ -149,6 +163,7 @@ impl Told<'_> {
                 load_g,
                 reads_g,
                 sigma_g,
+                ..
             } = p.reading;
             let usual = match self.stated {
                 Some(_) => sigma_g * scale.spread.max(1.0),
@@ -188,13 +203,12 @@ impl Told<'_> {
         off > within && (!self.is_few() || off > GROSS)
     }
 
-    /// Whether unloaded taxels read more than their stated floor.
-    fn is_offset(&self) -> bool {
-        let (Some(stated), Some((offset, error))) = (self.stated, self.offset) else {
-            return false;
-        };
-        let own = 2.6 * error.unwrap_or(0.0);
-        offset.abs() - own > stated.factor_95 * stated.model_floor_g
+    /// What unloaded taxels read, and the half-width of what is stated of one of them, where it is farther from nothing than that.
+    fn is_offset(&self) -> Option<(f64, f64)> {
+        let (stated, offset) = (self.stated?, self.offset.as_ref()?);
+        let own = 2.6 * offset.standard_error_g.unwrap_or(0.0);
+        let half_g = stated.factor_95 * stated.model_floor_g.hypot(offset.noise_g);
+        (offset.value_g.abs() - own > half_g).then_some((offset.value_g, half_g))
     }
 
     /// The verdict, and why it is no better.
@@ -210,8 +224,10 @@ impl Told<'_> {
         if self.is_scattered() {
             reasons.push("the loads contradict each other".to_owned());
         }
-        if self.is_offset() {
-            reasons.push("taxels without load read more than their stated floor: take a tare, or calibrate again".to_owned());
+        if let Some((reads_g, half_g)) = self.is_offset() {
+            reasons.push(format!(
+                "taxels without load read {reads_g:.2} g, where 0 ± {half_g:.2} g is stated: take a tare, or calibrate again"
+            ));
         }
         let value = self.scale.map_or(1.0, |scale| scale.value);
         let holds = |intervals: Option<&Intervals>| intervals.is_none_or(|i| i.hold);
@@ -275,8 +291,11 @@ impl Told<'_> {
             scale_standard_error: error,
             conductance_scale: self.scale.map(|_| self.conductance),
             scale_tolerance: self.tolerance(),
-            offset_g: self.offset.map(|(value, _)| value),
-            offset_standard_error_g: self.offset.and_then(|(_, error)| error),
+            offset_g: self.offset.as_ref().map(|offset| offset.value_g),
+            offset_standard_error_g: self
+                .offset
+                .as_ref()
+                .and_then(|offset| offset.standard_error_g),
             presses: self.before.presses.len(),
             summed: self.before.presses.iter().filter(|p| p.summed).count(),
             totals: self.before.totals.len(),
@@ -328,6 +347,7 @@ mod tests {
                     load_g,
                     reads_g,
                     sigma_g,
+                    expected_g: STATED.model_g(load_g),
                 },
                 summed: false,
             }
