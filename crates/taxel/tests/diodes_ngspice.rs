@@ -8,7 +8,7 @@ use taxel::{Frame, Volts};
 
 fn cases() -> Vec<golden::Case> {
     let cases = golden::cases_in(&golden::folder().with_file_name("ngspice-diodes"));
-    assert_eq!(cases.len(), 8);
+    assert_eq!(cases.len(), 9);
     cases
 }
 

@@ -7,6 +7,8 @@ use crate::sensor::{AxisSpec, EndSpec, EndTo, PerLine, Readout, Reads, Sense, Se
 
 /// Conductance of a line that is left open: the leak of a switched-off channel, siemens.
 pub const LEAK_SIEMENS: f64 = 1e-12;
+/// Of a pin that drives a line, or of the converter's multiplexer, ohms: next to what lines carry it is nothing.
+pub(super) const PIN_OHMS: f64 = 1.0;
 
 /// Where nothing is grounded, taxels of 0 S could part the lines into groups between which no current flows and no potential is
 /// defined: such a taxel conducts as little as an open channel, unless one of its lines has nothing else. Lines of `width` taxels.
@@ -174,12 +176,16 @@ impl LineEnds {
         }
     }
 
-    /// Leaves columns that are not selected open, whatever they ended in.
-    pub(super) fn cut_off_columns(&mut self) {
-        for siemens in &mut self.column_unselected {
-            *siemens = LEAK_SIEMENS;
-        }
+    /// Leaves columns that are not selected open, whatever they ended in: their diodes stand there, and what was between each and
+    /// ground, ohms. A driver that says nothing of that has little.
+    pub(super) fn cut_off_columns(&mut self) -> Vec<f64> {
         self.columns_open = true;
+        let ends = self.column_unselected.iter_mut();
+        ends.map(|siemens| match std::mem::replace(siemens, LEAK_SIEMENS) {
+            own if own > LEAK_SIEMENS => 1.0 / own,
+            _ => PIN_OHMS,
+        })
+        .collect()
     }
 
     /// Whether all lines are open when nothing is selected.

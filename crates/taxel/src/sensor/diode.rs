@@ -191,6 +191,10 @@ fn refuse(key: &str, problem: impl Into<String>, hint: impl Into<String>) -> Err
     }
 }
 
+/// I_s of a driven line's diode beside lines that resist: leaks of more would be off by 0.03 of the largest conductance (1N5817, 10 Ω a
+/// pitch, by ngspice), those of 0.2 µA are by 5e-4.
+const MOST_LEAK_AMPERES: f64 = 1e-6;
+
 /// Refuses numbers that no diode has, and read-outs that none fits in.
 pub(super) fn check(sensor: &SensorSpec) -> Result<(), Error> {
     let Some(diode) = &sensor.readout.diode else {
@@ -199,7 +203,7 @@ pub(super) fn check(sensor: &SensorSpec) -> Result<(), Error> {
     numbers(diode)?;
     match diode.place {
         DiodePlace::Taxel => in_taxels(sensor),
-        DiodePlace::DrivenLine => in_driven_lines(sensor),
+        DiodePlace::DrivenLine => in_driven_lines(sensor, diode),
     }
 }
 
@@ -324,7 +328,18 @@ fn resists(sensor: &SensorSpec) -> bool {
 }
 
 /// What a driven line's diode drops follows from its current, which all rows together must tell.
-fn in_driven_lines(sensor: &SensorSpec) -> Result<(), Error> {
+fn in_driven_lines(sensor: &SensorSpec, diode: &DiodeSpec) -> Result<(), Error> {
+    let saturation = Diode::of(diode).saturation_amperes;
+    if resists(sensor) && saturation > MOST_LEAK_AMPERES {
+        return Err(refuse(
+            "readout.r_line_row_ohms, r_line_column_ohms",
+            format!(
+                "stand beside a diode of {:.1} µA per driven line: what diodes leak that are not driven is found as if lines did not resist",
+                1e6 * saturation
+            ),
+            "with lines that resist, a driven line's diode may leak 1 µA: silicon (1N4148), or a small Schottky diode (BAT54) below 45 °C",
+        ));
+    }
     let table = ReadoutTable::of(&sensor.readout);
     if table.sensed.selected != table.sensed.unselected {
         return Err(refuse(

@@ -102,6 +102,8 @@ pub(crate) struct DrivenPoint {
     moved: Vec<f64>,
     leaks: Vec<f64>,
     rows: Vec<f64>,
+    /// Between each driver that does not drive and its diode, ohms.
+    rest_ohms: Vec<f64>,
 }
 
 impl DrivenPoint {
@@ -122,6 +124,7 @@ impl DrivenPoint {
             moved: none(),
             leaks: vec![0.0; columns],
             rows: vec![0.0; rows],
+            rest_ohms: circuit.rest_ohms.clone(),
         }
     }
 
@@ -221,7 +224,7 @@ impl DrivenPoint {
             from += g * per_volt * self.scan[r * n + c];
         }
         (total > 0.0).then(|| Hanging {
-            ohms: 1.0 / total,
+            ohms: 1.0 / total + self.rest_ohms[j],
             stands: stands / total,
             own_ohms: own / (total * self.carried[j]),
             from_driven: if self.carried[c] > 0.0 {
@@ -249,7 +252,7 @@ impl DrivenPoint {
 
 /// What a column that is not driven hangs on.
 struct Hanging {
-    /// Of its taxels together, ohms.
+    /// Of its taxels together, and of what its diode hangs on at the other side, ohms.
     ohms: f64,
     /// The mean of its rows' potentials, volts.
     stands: f64,

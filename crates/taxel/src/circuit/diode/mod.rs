@@ -25,6 +25,8 @@ pub struct DiodeCircuit {
     /// The same without diodes; columns behind a diode of their own are cut off by it.
     linear: LinearCircuit,
     diode: Diode,
+    /// Between each driver that does not drive and its diode, ohms; empty where diodes stand elsewhere.
+    rest_ohms: Vec<f64>,
 }
 
 impl DiodeCircuit {
@@ -37,11 +39,16 @@ impl DiodeCircuit {
             return Ok(None);
         };
         let mut ends = LineEnds::from_sensor(sensor)?;
-        if diode.place == DiodePlace::DrivenLine {
-            ends.cut_off_columns();
-        }
+        let rest_ohms = match diode.place {
+            DiodePlace::DrivenLine => ends.cut_off_columns(),
+            DiodePlace::Taxel => Vec::new(),
+        };
         let linear = LinearCircuit::of_ends(sensor, ends)?;
-        Ok(Some(Self { linear, diode }))
+        Ok(Some(Self {
+            linear,
+            diode,
+            rest_ohms,
+        }))
     }
 
     /// Where its diodes stand, and their numbers.

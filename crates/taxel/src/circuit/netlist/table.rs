@@ -1,11 +1,9 @@
 //! The netlist of a read-out that is written as a table of line ends: each end a resistor of its own.
 
 use super::{OFF_OHMS, Writer};
+use crate::circuit::ends::PIN_OHMS;
 use crate::sensor::{DiodePlace, EndSpec, EndTo, Sense};
 use crate::{Frame, Siemens};
-
-/// On-resistance of the converter's multiplexer, which draws nothing, ohms.
-const PIN_OHMS: f64 = 1.0;
 
 /// The elements of one axis.
 #[derive(Clone, Copy)]
@@ -93,9 +91,11 @@ impl Writer<'_> {
         }
     }
 
-    /// A driver behind a diode stands at ground while another one drives.
+    /// A driver behind a diode stands at ground while another one drives, where its own end does not say so.
     fn at_rest(&mut self, column: usize, is_selected: bool) -> Option<Element> {
-        if !self.diodes_in(DiodePlace::DrivenLine) {
+        let mut ends = self.sensor.readout().table.driven.unselected.iter();
+        let grounded = ends.any(|end| end.to == EndTo::Ground);
+        if grounded || !self.diodes_in(DiodePlace::DrivenLine) {
             return None;
         }
         let element = Element {

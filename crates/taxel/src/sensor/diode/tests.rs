@@ -89,6 +89,30 @@ fn numbers_that_no_diode_has_are_refused_in_words() {
 fn read_outs_that_no_diode_fits_in_are_refused_in_words() {
     let driven = "place = \"driven-line\"\npart = \"1N4148\"";
     refused("econe", driven, &["driven-line", "divider-pulled-rows"]);
+    for (part, celsius, fits) in [
+        ("1N4148", 85, true),
+        ("BAT54", 27, true),
+        ("BAT54", 60, false),
+        ("1N5817", 27, false),
+    ] {
+        let warm =
+            format!("place = \"driven-line\"\npart = \"{part}\"\ntemperature_celsius = {celsius}");
+        let text = preset("mat-32x32-adg732").unwrap().to_toml();
+        let text = text.replace("tia-grounded-columns", "tia-zero-potential");
+        let text = text.replace(
+            "[converter]",
+            &format!("[readout.diode]\n{warm}\n\n[converter]"),
+        );
+        let straight = Sensor::from_toml(&text).unwrap();
+        let resisting =
+            straight.edited(|spec| spec.readout.r_line_row_ohms = Some(PerLine::One(2.0)));
+        let told = resisting.map_err(|error| error.to_string());
+        assert_eq!(told.is_ok(), fits, "{part} at {celsius}: {told:?}");
+        assert!(
+            told.err()
+                .is_none_or(|told| told.contains("µA per driven line"))
+        );
+    }
     let taxel = "place = \"taxel\"\npart = \"1N4148\"";
     let sheet = with("econe", taxel).unwrap().edited(|spec| {
         let material = spec.material.as_mut().unwrap();
