@@ -7,6 +7,7 @@ mod area;
 mod grip;
 
 use super::beside::Beside;
+use super::detached::Detached;
 use super::known::{Known, is_left_out};
 use super::load::{factor_95_of, noise_counts_of, refuse_exported};
 use super::sheet_doubt::SheetDoubt;
@@ -76,6 +77,10 @@ pub struct FigureErrors {
     beside: Beside,
     beyond: Option<UncertaintySpec>,
     sheet: Option<SheetDoubt>,
+    /// Where lines are left open, what taxels of those that are out may add to readings,
+    detached: Option<Detached>,
+    /// and what they do in the frame looked at, volts; nothing where no line is out.
+    by_detached: Vec<Vec<f64>>,
     sigma_volts: f64,
     sensor: Sensor,
     is_looked_at: bool,
@@ -123,6 +128,11 @@ impl FigureErrors {
             beside: Beside::new(sensor),
             beyond: sensor.uncertainty().copied(),
             sheet: SheetDoubt::new(sensor)?,
+            detached: sensor
+                .readout()
+                .has_open_columns()
+                .then(|| Detached::new(taxels)),
+            by_detached: Vec::new(),
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
@@ -250,6 +260,14 @@ impl FigureErrors {
                 (self.slope[taxel], self.noise[taxel]) = (0.0, 0.0);
             }
         }
+        self.by_detached.clear();
+        if let Some(detached) = &mut self.detached {
+            for volts in detached.moves(&mut *self.point, siemens) {
+                let each = volts.iter().zip(&self.is_known);
+                let others = each.map(|(volts, known)| if *known { 0.0 } else { *volts });
+                self.by_detached.push(others.collect());
+            }
+        }
         if let Some(sheet) = &mut self.sheet {
             let found = sheet.look_at(&*self.point, siemens.values(), &self.is_known);
             self.is_looked_at &= found.is_ok();
@@ -365,8 +383,11 @@ impl FigureErrors {
             self.adjoint
                 .influence_of(&mut known, &self.work[..self.weights.len()], TOLERANCE);
         let sheet = self.sheet.as_ref();
+        let noise = self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let of = |volts: &Vec<f64>| influence.iter().zip(volts).map(|(x, v)| x * v).sum::<f64>();
+        let by_detached = self.by_detached.iter().map(|volts| of(volts).powi(2));
         [
-            self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt(),
+            noise.hypot(by_detached.sum::<f64>().sqrt()),
             sheet.map_or(0.0, |sheet| sheet.of_sum(influence)),
         ]
     }

@@ -2,6 +2,7 @@
 
 mod beside;
 mod conductance;
+mod detached;
 mod figures;
 mod known;
 mod load;

@@ -1,6 +1,7 @@
 //! What readings that are no more than a bound, or none, leave open about all others.
 
 use super::conductance::{DEPTH, RESTARTS};
+use super::detached::Detached;
 use super::known::Known;
 use crate::circuit::OperatingPoint;
 use crate::solve::gmres::Gmres;
@@ -19,6 +20,7 @@ const TOLERANCE: f64 = 1e-3;
 pub(super) struct Unmeasured {
     /// Whether lost readings count: where lines are not left open they tell little of others.
     with_lost: bool,
+    detached: Detached,
     gmres: Gmres,
     direction: Vec<f64>,
     moved: Vec<f64>,
@@ -30,6 +32,7 @@ impl Unmeasured {
     pub(super) fn new(taxels: usize, with_lost: bool) -> Self {
         Self {
             with_lost,
+            detached: Detached::new(taxels),
             gmres: Gmres::new(taxels, DEPTH.min(taxels)),
             direction: vec![0.0; taxels],
             moved: vec![0.0; taxels],
@@ -63,6 +66,12 @@ impl Unmeasured {
                 self.direction[taxel] = off(siemens, marks, taxel);
                 self.add(known);
             }
+            let moves = self.detached.moves(known.point, siemens);
+            for volts in moves {
+                self.moved.copy_from_slice(volts);
+                undo(known, &mut self.gmres, &mut self.moved, &mut self.error);
+                add_squares(&mut self.squares, &self.error);
+            }
         }
         &self.squares
     }
@@ -70,19 +79,28 @@ impl Unmeasured {
     /// What the others are off by where those without a reading are off by `direction`.
     fn add(&mut self, known: &mut Known) {
         known.point.jvp_into(&self.direction, &mut self.moved);
-        for (moved, known) in self.moved.iter_mut().zip(known.is_known) {
-            *moved = if *known { 0.0 } else { -*moved };
-        }
-        self.gmres.solve(
-            |v, out| known.jvp_into(v, out),
-            &self.moved,
-            &mut self.error,
-            TOLERANCE,
-            RESTARTS,
-        );
-        for (square, error) in self.squares.iter_mut().zip(&self.error) {
-            *square += error * error;
-        }
+        undo(known, &mut self.gmres, &mut self.moved, &mut self.error);
+        add_squares(&mut self.squares, &self.error);
+    }
+}
+
+/// What the others are off by where readings are by what moved.
+fn undo(known: &mut Known, gmres: &mut Gmres, moved: &mut [f64], error: &mut [f64]) {
+    for (moved, known) in moved.iter_mut().zip(known.is_known) {
+        *moved = if *known { 0.0 } else { -*moved };
+    }
+    gmres.solve(
+        |v, out| known.jvp_into(v, out),
+        moved,
+        error,
+        TOLERANCE,
+        RESTARTS,
+    );
+}
+
+fn add_squares(squares: &mut [f64], errors: &[f64]) {
+    for (square, error) in squares.iter_mut().zip(errors) {
+        *square += error * error;
     }
 }
 
