@@ -3,7 +3,7 @@
 use std::time::SystemTime;
 
 use taxel::Sensor;
-use taxel::calibrate::{Calibration, CalibrationReport, PressResidual, with_error};
+use taxel::calibrate::{Belief, Calibration, CalibrationReport, PressResidual, with_error};
 use taxel::stats::mean;
 use taxel_plot::cells;
 use taxel_plot::report::{Figure, Report, Section, Table, number};
@@ -264,7 +264,7 @@ fn parameters(report: &CalibrationReport) -> Table {
         };
         let told = match (&parameter.held, parameter.standard_error) {
             (Some(by), _) => format!("held: {by}"),
-            (None, Some(_)) => "presses".to_owned(),
+            (None, Some(_)) => told_by(report, &parameter.name),
             (None, None) => "not told".to_owned(),
         };
         table.push(cells![
@@ -275,6 +275,35 @@ fn parameters(report: &CalibrationReport) -> Table {
         ]);
     }
     table
+}
+
+/// What a number rests on, the largest part first: on what was pressed, or on what was believed before. Of the two switches, whose sum
+/// and ratio are told apart, what the worse known of these rests on.
+fn told_by(report: &CalibrationReport, name: &str) -> String {
+    let believed = |belief: &&Belief| {
+        let switches = name.contains("r_mux_") && belief.name.ends_with("row switch");
+        switches || name.ends_with(&format!(".{}", belief.name))
+    };
+    let beliefs_of = |belief: &Belief| {
+        let own = belief.told_by.iter().find(|(by, _)| by == "beliefs");
+        own.map_or(0.0, |(_, share)| *share)
+    };
+    let belief = report
+        .beliefs
+        .iter()
+        .filter(believed)
+        .max_by(|one, other| beliefs_of(one).total_cmp(&beliefs_of(other)));
+    let Some(belief) = belief else {
+        return "the fit".to_owned();
+    };
+    let mut parts = belief.told_by.clone();
+    parts.retain(|(_, share)| *share >= 0.005);
+    parts.sort_by(|one, other| other.1.total_cmp(&one.1));
+    let each: Vec<String> = parts
+        .iter()
+        .map(|(by, share)| format!("{by} {:.0} %", 100.0 * share))
+        .collect();
+    each.join(", ")
 }
 
 /// Lines that the sensor file gives up, in words.

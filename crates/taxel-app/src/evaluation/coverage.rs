@@ -170,7 +170,9 @@ impl WholeFrames {
                 .map(|v| grams_from_newtons(*v.0))
                 .sum()
         };
-        self.total.add(sum(truth), sum(loads), halves.total);
+        if measured().any(|is_measured| is_measured) {
+            self.total.add(sum(truth), sum(loads), halves.total);
+        }
     }
 
     /// The rows of its method.

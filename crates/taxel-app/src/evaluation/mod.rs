@@ -80,8 +80,8 @@ fn evaluate(
     need(experiment, &trials)?;
     no_trial_twice(experiment, &trials)?;
     files.extend(trials.iter().map(|trial| trial.recording.clone()));
-    let (groups, lost) = gather(plan, experiment, trials, files, reporter)?;
-    let section = match experiment.kind {
+    let (groups, lost, faulty) = gather(plan, experiment, trials, files, reporter)?;
+    let mut section = match experiment.kind {
         Kind::Repeatability => repeatability::section(plan, experiment, &groups)?,
         Kind::Response => response::section(plan, experiment, &groups)?,
         Kind::Hysteresis => hysteresis::section(plan, experiment, &groups)?,
@@ -89,7 +89,29 @@ fn evaluate(
         Kind::CrossTalk => cross_talk::section(plan, experiment, &groups)?,
         Kind::Accuracy => accuracy::section(plan, experiment, &groups)?,
     };
+    section.paragraphs.extend(faulty_lines(&faulty, reporter));
     Ok((section, lost))
+}
+
+/// Lines that are out which are named.
+const NAMED: usize = 10;
+
+/// Says which lines are out in recordings; `None` where none is.
+fn faulty_lines(faulty: &BTreeSet<String>, reporter: &dyn Reporter) -> Option<String> {
+    for line in faulty.iter().take(NAMED) {
+        reporter.warn(line);
+    }
+    let mut named: Vec<&str> = faulty.iter().take(NAMED).map(String::as_str).collect();
+    let more = format!("{} more", faulty.len().saturating_sub(NAMED));
+    if faulty.len() > NAMED {
+        named.push(&more);
+    }
+    (!named.is_empty()).then(|| {
+        format!(
+            "Lines that are out, whose readings are no measurement: {}.",
+            named.join("; ")
+        )
+    })
 }
 
 /// The trials of an experiment.
@@ -185,7 +207,7 @@ fn gather(
     trials: Vec<Trial>,
     files: &mut BTreeSet<PathBuf>,
     reporter: &dyn Reporter,
-) -> Result<(Vec<Group>, u64), Error> {
+) -> Result<(Vec<Group>, u64, BTreeSet<String>), Error> {
     let table = experiment.trials.clone().unwrap_or_default();
     let mut by_setting: Vec<(String, Vec<Trial>)> = Vec::new();
     for trial in trials {
@@ -197,7 +219,7 @@ fn gather(
     }
     let methods = experiment.methods(plan.folder())?;
     files.extend(methods.iter().filter_map(MethodName::file));
-    let (mut groups, mut lost) = (Vec::new(), 0);
+    let (mut groups, mut lost, mut faulty) = (Vec::new(), 0, BTreeSet::new());
     for (setting, trials) in by_setting {
         let own = experiment.settings.get(&setting);
         let (sensor, file) = plan.sensor_of(own.or(experiment.sensor.as_ref()))?;
@@ -210,6 +232,7 @@ fn gather(
         let readings = reader.read(&table, &trials)?;
         let left_out = reader.skipped + reader.unsolved;
         lost += left_out;
+        faulty.append(&mut reader.faulty);
         groups.push(Group {
             experiment: experiment.name.clone(),
             lost: left_out,
@@ -219,7 +242,7 @@ fn gather(
             readings,
         });
     }
-    Ok((groups, lost))
+    Ok((groups, lost, faulty))
 }
 
 /// An evaluation that its readings do not allow.

@@ -1,6 +1,6 @@
 //! What the recordings of an experiment say of the taxels that its trials look at.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::path::{Path, PathBuf};
 
 use taxel::circuit::Converter;
@@ -14,9 +14,11 @@ use super::coverage::{Halves, Intervals};
 use super::plan::Value;
 use super::regions;
 use crate::error::Error;
-use crate::frames::show;
+use crate::frames::{Input, show};
+use crate::line_survey::Survey;
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
+use crate::units::InputUnit;
 
 /// How many frames that cannot be read are named, of each recording.
 const NAMED: usize = 10;
@@ -96,6 +98,8 @@ pub struct Reader<'a> {
     failed: Option<u64>,
     /// Frames that could not be read.
     pub skipped: u64,
+    /// Lines that recordings show to be out, in words.
+    pub faulty: BTreeSet<String>,
 }
 
 impl<'a> Reader<'a> {
@@ -122,6 +126,7 @@ impl<'a> Reader<'a> {
             unsolved: 0,
             failed: None,
             skipped: 0,
+            faulty: BTreeSet::new(),
         })
     }
 
@@ -198,6 +203,7 @@ impl<'a> Reader<'a> {
     ) -> Result<u64, Error> {
         let mut options = ReadOptions::of(&self.sensor);
         options.keep_going = true;
+        self.look_for_faulty_lines(recording, options)?;
         let mut source = open_counts(recording, options)?;
         let mut frame = Frame::zeros(self.sensor.rows(), self.sensor.columns());
         let stage = self.reporter.stage("reading");
@@ -227,6 +233,28 @@ impl<'a> Reader<'a> {
         }
         self.skipped += skipped;
         Ok(read + skipped)
+    }
+
+    /// What is out in a recording is no measurement, whatever is looked at.
+    fn look_for_faulty_lines(
+        &mut self,
+        recording: &Path,
+        options: ReadOptions,
+    ) -> Result<(), Error> {
+        let input = Input {
+            file: recording.to_owned(),
+            unit: InputUnit::Counts,
+            options,
+        };
+        let survey = Survey::of(&input, &self.sensor, self.reporter, None)?;
+        for pipeline in &mut self.pipelines {
+            pipeline.set_lines(&survey.faults);
+        }
+        let found = survey.lines().into_iter().skip(survey.declared);
+        let name = recording.file_name().unwrap_or_default().to_string_lossy();
+        self.faulty
+            .extend(found.map(|line| format!("{name}: {}", line.text)));
+        Ok(())
     }
 
     fn take(

@@ -70,7 +70,7 @@ impl AttemptFile<'_> {
         }
         let found = self
             .measured(&[])
-            .find_regions(&self.settings(false), &Silent, &|| false);
+            .find_regions_of_hand(&self.settings(false));
         let regions = found
             .ok()
             .map(|found| Region::of_recording(&found.regions, self.sensor));

@@ -52,11 +52,13 @@ impl RetestStudy {
         let mut doubts = Vec::new();
         let (mut found, unread) = read_all(folders);
         let is_incomplete = !unread.is_empty();
+        let why = unread.first().map(|first| format!(": {first}"));
+        let why = why.unwrap_or_default();
         doubts.extend(unread);
         found.sort_by_key(|session| session.record.began_secs);
         let Some(first) = found.first() else {
             return Err(Error::Request {
-                what: "no finished grip session in the folders given".to_owned(),
+                what: format!("no finished grip session in the folders given{why}"),
                 hint: "`taxel grip` keeps sessions below its --folder; one that is finished has a results.json",
             });
         };

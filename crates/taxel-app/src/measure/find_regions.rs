@@ -11,7 +11,7 @@ use taxel::{Frame, Newtons};
 use super::mean::Mean;
 use super::{Measured, Settings};
 use crate::error::Error;
-use crate::reporter::Reporter;
+use crate::reporter::{Reporter, Silent};
 
 /// Contacts that are named at most, the heaviest: more are a texture.
 const MAX_CONTACTS: usize = 16;
@@ -66,6 +66,24 @@ impl Measured<'_> {
         reporter: &dyn Reporter,
         is_stopped: &(dyn Fn() -> bool + Sync),
     ) -> Result<FoundRegions, Error> {
+        self.find(settings, reporter, is_stopped, true)
+    }
+
+    /// The same of a recording in which a hand presses: no part of it is one of a foot.
+    ///
+    /// # Errors
+    /// As [`Self::find_regions`].
+    pub(crate) fn find_regions_of_hand(&self, settings: &Settings) -> Result<FoundRegions, Error> {
+        self.find(settings, &Silent, &|| false, false)
+    }
+
+    fn find(
+        &self,
+        settings: &Settings,
+        reporter: &dyn Reporter,
+        is_stopped: &(dyn Fn() -> bool + Sync),
+        may_be_feet: bool,
+    ) -> Result<FoundRegions, Error> {
         let survey = self.survey(settings, reporter)?;
         let segmenter = Segmenter::new(self.sensor);
         let mut windows = Windows::new(segmenter.clone(), WindowOptions::default());
@@ -81,7 +99,8 @@ impl Measured<'_> {
             }
         })?;
         let (mean, _) = mean.finish();
-        let found = found(&windows.finish(), &mean, &segmenter, settings);
+        let mean = may_be_feet.then_some(&mean);
+        let found = found(&windows.finish(), mean, &segmenter, settings);
         if found.regions.is_empty() {
             return Err(Error::Request {
                 what: format!("{}: no region is pressed", self.recording.display()),
@@ -94,7 +113,7 @@ impl Measured<'_> {
 
 fn found(
     windows: &[Window],
-    mean: &Frame<Newtons>,
+    of_feet: Option<&Frame<Newtons>>,
     segmenter: &Segmenter,
     settings: &Settings,
 ) -> FoundRegions {
@@ -107,9 +126,9 @@ fn found(
     if let Some(hand) = joined_hand(windows, segmenter, least_newtons, settings.phalanges) {
         return of(FoundKind::Hand, hand, windows.len());
     }
-    let is_pressed = mean.values().iter().any(|load| *load > least_newtons);
-    let parts = is_pressed.then(|| feet(mean, segmenter, &ContactOptions::default()));
-    if let Some(parts) = parts.flatten() {
+    let pressed = of_feet.filter(|mean| mean.values().iter().any(|load| *load > least_newtons));
+    let parts = pressed.and_then(|mean| feet(mean, segmenter, &ContactOptions::default()));
+    if let Some(parts) = parts {
         let columns = segmenter.sensor().columns();
         let regions = parts.iter().map(|part| part.region(columns)).collect();
         return of(FoundKind::Feet, regions, 1);

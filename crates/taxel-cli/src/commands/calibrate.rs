@@ -73,7 +73,7 @@ pub(crate) struct Args {
     /// Where to write the calibrated sensor
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
-    /// The load law; `auto` takes the one with the least error on held-out presses
+    /// The load law; `auto` leaves the power law only where presses clearly tell another
     #[arg(long, value_enum, default_value_t)]
     law: Law,
     /// Fit one switch resistance per line, even without equilibration frames
@@ -116,7 +116,7 @@ pub(crate) struct Args {
 /// The words of `--law`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum Law {
-    /// The best of the others on held-out presses
+    /// The power law, or another that presses clearly tell
     #[default]
     Auto,
     /// Power law with offset

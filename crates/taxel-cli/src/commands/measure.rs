@@ -61,7 +61,7 @@ pub(crate) struct Args {
     /// A trial is where the total force is above this, newtons; without it above a tenth of the largest
     #[arg(long, value_name = "NEWTONS", value_parser = positive)]
     trial_force: Option<f64>,
-    /// Length of the plateau, seconds; in a trial of less than 8 s it is shorter
+    /// Length of the plateau, seconds; shorter in a trial that stays above half of its force for less than 8 s
     #[arg(long, value_name = "SECONDS", default_value_t = 5.0, value_parser = positive)]
     plateau: f64,
     /// A taxel counts as touched above this, newtons: for area and centre of pressure

@@ -94,7 +94,7 @@ impl CalibrationData {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum LawChoice {
-    /// The one with the least error on held-out presses.
+    /// The power law, or another that explains the presses better by more than chance.
     #[default]
     Auto,
     /// Power law with offset.

@@ -7,17 +7,17 @@ use taxel::evaluate::accuracy::{Pair, accuracy, by_range};
 use taxel::frame::grams_from_newtons;
 use taxel::metric::{TaxelCrossTalk, cross_talk_index, ghost_level, is_usable};
 use taxel::simulate::{Grams, newtons};
-use taxel::{Frame, Newtons};
+use taxel::{Frame, Mark, Newtons};
 use taxel_io::ReadOptions;
 use taxel_plot::report::{Cell, Figure, Section, Table};
 use taxel_plot::{Panel, Sheet, cells};
 
 use super::{HEAD, Known, PLACE_HEAD, coverage, figure, name_of, place_row, range_name, row};
 use crate::error::Error;
-use crate::evaluation::no_law;
 use crate::evaluation::plan::{Experiment, Plan};
 use crate::evaluation::readings::Reader;
 use crate::evaluation::regions::KnownRegions;
+use crate::evaluation::{faulty_lines, no_law};
 use crate::frames::open_values;
 use crate::methods::MethodName;
 use crate::reporter::Reporter;
@@ -32,6 +32,7 @@ struct Whole {
     ghosts: Vec<f64>,
     index: Vec<f64>,
     each: Option<TaxelCrossTalk>,
+    has_unmeasured: bool,
     held: Option<coverage::WholeFrames>,
 }
 
@@ -91,13 +92,16 @@ pub(in crate::evaluation) fn of_whole_frames(
         Ok(())
     })?;
     let lost = reader.skipped + reader.unsolved;
-    let words = format!(
+    let mut words = vec![format!(
         "All loads are known in each of {frames} frames; {}. Errors are over taxels that carry a load; a ghost is what a taxel without load reports; the cross-talk index is the mean of unloaded taxels that share a line with a loaded one over the mean of the loaded ones.",
         match experiment.frames_per_experiment() {
             1 => "each is an experiment".to_owned(),
             some => format!("{some} that follow each other are one experiment"),
         }
-    );
+    )];
+    let without = whole.iter().any(|whole| whole.has_unmeasured);
+    words.extend(without.then(|| UNMEASURED.to_owned()));
+    words.extend(faulty_lines(&reader.faulty, reporter));
     Ok((
         whole_section(plan, experiment, &sensor, &methods, whole, words)?,
         lost,
@@ -125,12 +129,23 @@ impl Whole {
         let loaded = both.filter(|((truth, _), mark)| **truth > 0.0 && is_usable(**mark));
         let last = self.loaded.last_mut().expect("one was begun");
         last.extend(loaded.map(|((&truth, &load), _)| pair(truth, load)));
-        let sum = |frame: &Frame<Newtons>| frame.values().iter().sum::<f64>();
+        // A sum is of what was measured.
+        let measured = || loads.marks().iter().map(|mark| is_usable(*mark));
+        let sum = |frame: &Frame<Newtons>| -> f64 {
+            let values = frame.values().iter().zip(measured());
+            values.filter(|both| both.1).map(|both| both.0).sum()
+        };
         let last = self.total.last_mut().expect("one was begun");
-        last.push(pair(sum(truth), sum(loads)));
+        if measured().any(|is_measured| is_measured) {
+            last.push(pair(sum(truth), sum(loads)));
+        }
+        let is_lost = |mark: &Mark| !is_usable(*mark) && *mark != Mark::Absent;
+        self.has_unmeasured |= loads.marks().iter().any(is_lost);
         self.regions.add(sensor, loads, truth, is_new);
         let centre = |frame| taxel::metric::FrameFigures::of(frame, sensor).centre_mm;
-        if let (Some(known), Some(found)) = (centre(truth), centre(loads)) {
+        let mut of_measured = truth.clone();
+        of_measured.marks_mut().copy_from_slice(loads.marks());
+        if let (Some(known), Some(found)) = (centre(&of_measured), centre(loads)) {
             self.centre.last_mut().expect("one was begun").push(Pair {
                 truth: 0.0,
                 estimate: (known[0] - found[0]).hypot(known[1] - found[1]),
@@ -147,6 +162,7 @@ impl Whole {
     }
 }
 
+const UNMEASURED: &str = "What stands where nothing was measured is in no figure: a sum is of the taxels that were, known loads as well.";
 const GHOSTS: &str = "Cross-talk; the worst taxel is named by its row and column";
 const GHOST_HEAD: [&str; 5] = [
     "",
@@ -184,7 +200,7 @@ fn whole_section(
     sensor: &taxel::Sensor,
     methods: &[MethodName],
     whole: Vec<Whole>,
-    words: String,
+    words: Vec<String>,
 ) -> Result<Section, Error> {
     let mut loaded = Table::new(
         format!(
@@ -238,7 +254,7 @@ fn whole_section(
     }
     Ok(Section {
         title: experiment.name.clone(),
-        paragraphs: vec![words],
+        paragraphs: words,
         tables: tables
             .into_iter()
             .filter(|table| !table.rows.is_empty())

@@ -114,3 +114,32 @@ fn frames_without_an_answer_are_in_no_figure() {
     // Both are the same press: with the zeros of the third the mean would be a third less.
     assert!(report.number((0, 0), 0, "CV, %") < 0.1, "{run}");
 }
+
+/// A row without an answer is no measurement, whether the sensor file knows of it or not: it is named, and no sum expects what
+/// stands on it.
+#[test]
+fn what_stands_on_a_dead_row_is_in_no_figure() {
+    let folder = Folder::new();
+    folder.good(
+        "simulate --sensor econe --pattern blobs --frames 8 --seed 3 --truth truth.npy --truth-sensor sensor.toml -o whole.txt",
+    );
+    let sensor = folder.read("sensor.toml");
+    folder.write("dead.toml", &(sensor + "\n[screen]\ndead_rows = [30]\n"));
+    folder.good("simulate --sensor dead.toml --pattern blobs --frames 8 --seed 3 -o dead.txt");
+    let totals = ["whole.txt", "dead.txt"].map(|recording| {
+        folder.plan(&format!(
+            "[[experiment]]\nkind = \"accuracy\"\nname = \"a\"\nrecording = \"{recording}\"\ntruth_g = \"truth.npy\"\n"
+        ));
+        let run = folder.good("evaluate plan.toml --json");
+        let report = Report(serde_json::from_str(&run.out).unwrap());
+        let told = "dead.txt: row 30 is dead";
+        let is_dead = recording == "dead.txt";
+        assert_eq!(report.paragraphs(0).contains(told), is_dead, "{run}");
+        assert_eq!(run.err.contains(told), is_dead, "{run}");
+        let unmeasured = report.paragraphs(0).contains("was measured is in no figure");
+        assert_eq!(unmeasured, is_dead, "{run}");
+        report.number((0, 1), 1, "mean absolute")
+    });
+    println!("{totals:?}");
+    assert!(totals[1] < 1.3 * totals[0], "{totals:?}");
+}
