@@ -75,9 +75,15 @@ impl RowWriter {
         }
         for row in frame.values().chunks_exact(frame.columns()) {
             self.text.clear();
-            for value in row {
-                push_number(&mut self.text, &mut self.number, *value);
-                self.text.push(b',');
+            // Nearly all rows of marks, and many of loads.
+            let bits = row.iter().fold(0, |bits, value| bits | value.to_bits());
+            if bits == 0 {
+                row.iter().for_each(|_| self.text.extend_from_slice(b"0,"));
+            } else {
+                for value in row {
+                    push_number(&mut self.text, &mut self.number, *value);
+                    self.text.push(b',');
+                }
             }
             if !self.closing_comma {
                 self.text.pop();

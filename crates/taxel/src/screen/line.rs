@@ -1,5 +1,7 @@
 //! Line faults from a whole recording.
 
+use taxel_linalg::wide;
+
 use super::frame::HELD_FRAMES;
 use super::level::reads_nothing;
 use super::line_state::{FrameLines, LineVerdict, Thresholds, classify, is_there};
@@ -139,13 +141,18 @@ impl LineScreen {
             self.find_usual(thresholds.baseline);
         }
         self.verdicts.clear();
-        for axis in Axis::BOTH {
-            let lines = self.lines.along(axis, &self.options);
-            for line in 0..lines.count {
-                self.verdicts
-                    .push(classify(&lines, line, &thresholds, &self.options));
-            }
-        }
+        wide(
+            #[inline(always)]
+            || {
+                for axis in Axis::BOTH {
+                    let lines = self.lines.along(axis, &self.options);
+                    for line in 0..lines.count {
+                        let verdict = classify(&lines, line, &thresholds, &self.options);
+                        self.verdicts.push(verdict);
+                    }
+                }
+            },
+        );
         let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
         let blank = |all: &[LineVerdict]| {
             let out = all.iter().filter(|v| v.out).count();

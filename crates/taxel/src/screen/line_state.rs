@@ -10,11 +10,13 @@ const MIN_LINE: usize = 4;
 const NOWHERE: f64 = f64::NEG_INFINITY;
 
 /// Whether a reading is one.
+#[inline(always)]
 pub(super) fn is_there(reading: f64) -> bool {
     reading > NOWHERE
 }
 
 /// The greater of two readings, as one instruction: `f64::max` would look for NaN, of which there is none.
+#[inline(always)]
 fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
@@ -84,6 +86,7 @@ pub(super) struct LineReadings<'a> {
 
 impl<'a> LineReadings<'a> {
     /// What a line reads; [`NOWHERE`] where there is no taxel.
+    #[inline(always)]
     pub fn of_line(&self, line: usize) -> &'a [f64] {
         &self.readings[line * self.length..][..self.length]
     }
@@ -95,6 +98,7 @@ impl<'a> LineReadings<'a> {
     }
 
     /// Taxels on a line.
+    #[inline(always)]
     pub fn taxels(&self, line: usize) -> usize {
         let readings = self.of_line(line).iter();
         readings.filter(|reading| is_there(**reading)).count()
@@ -102,6 +106,7 @@ impl<'a> LineReadings<'a> {
 
     /// What may vouch for a load on a line. On an array with floating lines nothing does; a line at the edge has one
     /// side only, and nobody vouches for it.
+    #[inline(always)]
     pub fn sides(&self, line: usize) -> Option<Sides<'a>> {
         if self.floating || line == 0 || line + 1 >= self.count {
             return None;
@@ -124,6 +129,7 @@ pub(super) struct Sides<'a> {
 
 impl Sides<'_> {
     /// The load that both sides vouch for at a position, the smaller of the two, counts; and whether it is a real one.
+    #[inline(always)]
     pub fn load(&self, position: usize, thresholds: &Thresholds) -> (f64, bool) {
         let before = greater(self.before[0][position], self.before[1][position]);
         let after = greater(self.after[0][position], self.after[1][position]);
@@ -133,6 +139,7 @@ impl Sides<'_> {
     }
 
     /// On how many readings of the line between them both sides vouch for a real load, and how many of these are silent.
+    #[inline(always)]
     fn look(&self, own: &[f64], thresholds: &Thresholds, options: &ScreenOptions) -> (u64, u64) {
         // Of one length, so that no place is looked up twice.
         let length = own.len();
@@ -213,6 +220,7 @@ impl Thresholds {
 
 impl Thresholds {
     /// What a line that says nothing may read beside this load, counts.
+    #[inline(always)]
     pub fn silence(&self, load: f64, options: &ScreenOptions) -> f64 {
         let left = options.silent_share * (load - self.baseline);
         self.baseline + greater(left, options.floor_sigmas * self.noise)
@@ -244,6 +252,7 @@ pub(super) struct LineVerdict {
 /// there is something to fall from), or when it is silent at nearly all places where the lines on both sides carry a
 /// real load and responds nowhere else; or when nearly all of its readings are at the ceiling and those beside it are
 /// not. Of fewer than four readings no line can be told.
+#[inline(always)]
 pub(super) fn classify(
     lines: &LineReadings<'_>,
     line: usize,
@@ -328,6 +337,7 @@ fn is_silent_beside_a_load(
 }
 
 /// Whether a line beside this one is at the ceiling on more than half of its length as well.
+#[inline(always)]
 fn next_to_at_ceiling(lines: &LineReadings<'_>, line: usize, thresholds: &Thresholds) -> bool {
     let full = |other: usize| {
         let of_line = lines.of_line(other).iter();

@@ -86,6 +86,12 @@ impl AlikePairs {
             (false, false) => None,
         };
         let along = usual.along(line);
+        // Nearly all pairs carry nothing.
+        let least = thresholds.loaded + along;
+        let higher = own.iter().chain(next);
+        if !higher.fold(false, |any, &reading| any | (reading > least)) {
+            return;
+        }
         for (position, (&a, &b)) in own.iter().zip(next).enumerate() {
             let higher = a.max(b);
             let least = thresholds.loaded + along.max(usual.across(position));
