@@ -52,15 +52,11 @@ impl RetestStudy {
         let mut doubts = Vec::new();
         let (mut found, unread) = read_all(folders);
         let is_incomplete = !unread.is_empty();
-        let why = unread.first().map(|first| format!(": {first}"));
-        let why = why.unwrap_or_default();
+        let why = unread.first().cloned();
         doubts.extend(unread);
         found.sort_by_key(|session| session.record.began_secs);
         let Some(first) = found.first() else {
-            return Err(Error::Request {
-                what: format!("no finished grip session in the folders given{why}"),
-                hint: "`taxel grip` keeps sessions below its --folder; one that is finished has a results.json",
-            });
+            return Err(no_session(why));
         };
         let force = first.results.force.clone();
         if let Some(other) = found.iter().find(|session| session.results.force != force) {
@@ -308,6 +304,15 @@ fn differing(sessions: &[Session]) -> Vec<String> {
         doubts.push("Simulated data: no person gripped.".to_owned());
     }
     doubts
+}
+
+/// Nothing is left to compare; `why`: what was wrong with the first folder or session that was left out.
+fn no_session(why: Option<String>) -> Error {
+    let why = why.map_or_else(String::new, |why| format!(": {why}"));
+    Error::Request {
+        what: format!("no finished grip session in the folders given{why}"),
+        hint: "`taxel grip` keeps sessions below its --folder; one that is finished has a results.json",
+    }
 }
 
 /// All finished sessions below the folders, and what of them could not be read, in words.

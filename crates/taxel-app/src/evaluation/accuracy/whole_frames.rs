@@ -92,13 +92,7 @@ pub(in crate::evaluation) fn of_whole_frames(
         Ok(())
     })?;
     let lost = reader.skipped + reader.unsolved;
-    let mut words = vec![format!(
-        "All loads are known in each of {frames} frames; {}. Errors are over taxels that carry a load; a ghost is what a taxel without load reports; the cross-talk index is the mean of unloaded taxels that share a line with a loaded one over the mean of the loaded ones.",
-        match experiment.frames_per_experiment() {
-            1 => "each is an experiment".to_owned(),
-            some => format!("{some} that follow each other are one experiment"),
-        }
-    )];
+    let mut words = vec![words_of(frames, experiment)];
     let without = whole.iter().any(|whole| whole.has_unmeasured);
     words.extend(without.then(|| UNMEASURED.to_owned()));
     words.extend(faulty_lines(&reader.faulty, reporter));
@@ -106,6 +100,17 @@ pub(in crate::evaluation) fn of_whole_frames(
         whole_section(plan, experiment, &sensor, &methods, whole, words)?,
         lost,
     ))
+}
+
+/// What the section is about.
+fn words_of(frames: u64, experiment: &Experiment) -> String {
+    format!(
+        "All loads are known in each of {frames} frames; {}. Errors are over taxels that carry a load; a ghost is what a taxel without load reports; the cross-talk index is the mean of unloaded taxels that share a line with a loaded one over the mean of the loaded ones.",
+        match experiment.frames_per_experiment() {
+            1 => "each is an experiment".to_owned(),
+            some => format!("{some} that follow each other are one experiment"),
+        }
+    )
 }
 
 impl Whole {
