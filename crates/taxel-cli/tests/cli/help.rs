@@ -202,9 +202,9 @@ fn flags_of_calibrate() {
           --static-output <FILE>  Where to write the sensor with the best static law of the series, to
                                   compare with
       -o, --output <FILE>         Where to write the calibrated sensor
-          --law <LAW>             The load law; `auto` takes the one with the least error on held-out
-                                  presses [default: auto] [possible values: auto, power, saturating,
-                                  spline]
+          --law <LAW>             The load law; `auto` leaves the power law only where presses clearly
+                                  tell another [default: auto] [possible values: auto, power,
+                                  saturating, spline]
           --per-line              Fit one switch resistance per line, even without equilibration frames
           --fit-gain              Fit the amplifier's open-loop gain
           --fit-source            Fit the source resistor

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use crate::run::Folder;
+use crate::run::{Folder, SENSOR};
 
 const PLOT: &str = "plot recording.txt --sensor sensor.toml";
 
@@ -218,4 +218,21 @@ fn a_frame_is_drawn_on_the_handle_that_the_sensor_file_tells_of() {
         assert!(run.err.contains(said), "{run}");
         assert!(!folder.exists("p.png") && !folder.exists("p.gif"));
     }
+}
+
+/// A curve without a point is told: an empty picture says nothing.
+#[test]
+fn taxels_of_a_dead_row_are_told_to_have_no_curve() {
+    let folder = Folder::new();
+    folder.write(
+        "dead.toml",
+        &(SENSOR.to_owned() + "\n[screen]\ndead_rows = [2]\n"),
+    );
+    folder.good("simulate --sensor dead.toml --pattern blobs --frames 3 -o r.npy");
+    let run = folder.good("plot r.npy --sensor dead.toml --row 2 -o row.png");
+    assert!(run.err.contains("6 of 6 curves have no point"), "{run}");
+    let run = folder.good("plot r.npy --sensor dead.toml --column 2 -o column.png");
+    assert!(run.err.contains("1 of 4 curves have no point"), "{run}");
+    let run = folder.good("plot r.npy --sensor dead.toml --row 1 -o other.png");
+    assert!(!run.err.contains("no point"), "{run}");
 }

@@ -6,6 +6,7 @@ use taxel_plot::{Body, ContactSheet, Line, Panel, Picture, Series, Sheet};
 use super::collect::{Pass, each};
 use super::{Job, over_frames};
 use crate::error::Error;
+use crate::out;
 use taxel_app::exported::exported_caption;
 use taxel_app::frames::DisplayUnit;
 use taxel_app::simulated::simulated_caption;
@@ -266,6 +267,7 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
             }));
         }
     }
+    warn_of_empty(&lines);
     let beyond = job.beyond(lines.iter().flat_map(|line| line.values.iter().copied()));
     let (label, x) = if times.len() == numbers.len() {
         ("time (s)", times)
@@ -273,6 +275,18 @@ pub(super) fn series(job: &Job<'_>, taxels: &[(usize, usize)]) -> Result<Picture
         ("frame", numbers)
     };
     dressed(job, Series::new(label, x, lines)?, beyond)
+}
+
+/// Warns of taxels of which there is nothing to draw: their line is out, or there are none.
+fn warn_of_empty(lines: &[Line]) {
+    let is_empty = |line: &&Line| line.values.iter().all(|value| value.is_nan());
+    let empty = lines.iter().filter(is_empty).count();
+    if empty > 0 {
+        out::warn(&format!(
+            "{empty} of {} curves have no point: their taxels were measured in no frame (`taxel info` tells which lines are out)",
+            lines.len()
+        ));
+    }
 }
 
 /// The series with all that is said about it, as a picture.
