@@ -202,6 +202,17 @@ mod tests {
         read_line(&text, BEFORE..BEFORE + line.len(), out, most)
     }
 
+    /// The same with the registers that every processor has.
+    fn read_narrow(line: &[u8], around: u8, numbers: usize, most: u16) -> Option<Vec<u16>> {
+        let text = [&[around; BEFORE], line, &[around; BEHIND]].concat();
+        let mut out = vec![0; numbers];
+        let range = BEFORE..BEFORE + line.len();
+        let is_read = !line.is_empty()
+            && numbers_by(narrow::Words, &text, range, b',', &mut out).is_some()
+            && out.iter().all(|number| *number <= most);
+        is_read.then_some(out)
+    }
+
     /// What is read is what the careful reader reads, and what is plain is read.
     fn check(line: &[u8], numbers: usize, most: u16, around: u8) -> Result<(), TestCaseError> {
         let maximum = f64::from(most);
@@ -209,6 +220,8 @@ mod tests {
         let wanted = parse_line(line, &mut careful, Rule::Counts { maximum });
         let (mut counts, mut values) = (vec![0u16; numbers], vec![0.0; numbers]);
         let is_read = read(line, around, &mut counts, most);
+        let narrow = read_narrow(line, around, numbers, most);
+        prop_assert_eq!(is_read.then(|| counts.clone()), narrow);
         prop_assert_eq!(is_read, read(line, around, &mut values, maximum));
         if is_read {
             prop_assert!(wanted.is_ok());

@@ -43,6 +43,9 @@ struct Session {
     results: GripResults,
 }
 
+/// What counts of each session of each person, newtons.
+type ByPerson<'a> = BTreeMap<String, Vec<(&'a Session, f64)>>;
+
 impl RetestStudy {
     /// Of the folders of sessions, or folders that hold them; the first `sessions` sessions of each person.
     ///
@@ -68,37 +71,34 @@ impl RetestStudy {
                 hint: "compare sessions on a handle with each other, and those on a mat with each other",
             });
         }
-        doubts.extend(differing(&found));
-        let mut values: BTreeMap<Hand, BTreeMap<String, Vec<f64>>> = BTreeMap::new();
+        let mut all: BTreeMap<Hand, ByPerson> = BTreeMap::new();
         for session in &found {
             for hand in &session.results.hands {
                 let newtons = match session.record.protocol.result {
                     Counts::Mean => hand.mean.newtons,
                     Counts::Best => hand.best.newtons,
                 };
-                let persons = values.entry(hand.hand).or_default();
+                let persons = all.entry(hand.hand).or_default();
                 let of_person = persons.entry(session.record.person.clone()).or_default();
-                of_person.push(newtons);
+                of_person.push((session, newtons));
             }
         }
-        for (hand, persons) in &mut values {
-            let few: Vec<&str> = persons
-                .iter()
-                .filter(|(_, values)| values.len() < sessions)
-                .map(|(person, _)| person.as_str())
-                .collect();
-            if !few.is_empty() {
-                doubts.push(format!(
-                    "left out, with fewer than {sessions} sessions of the {} hand: {}",
-                    hand.word(),
-                    few.join(", ")
-                ));
-            }
-            persons.retain(|_, values| values.len() >= sessions);
-            persons
-                .values_mut()
-                .for_each(|values| values.truncate(sessions));
+        let mut few = Vec::new();
+        for (hand, persons) in &mut all {
+            few.extend(leave_out(*hand, persons, sessions));
         }
+        let compared = all.values().flat_map(BTreeMap::values).flatten();
+        let compared: Vec<&Session> = compared.map(|(session, _)| *session).collect();
+        doubts.extend(differing(&compared));
+        doubts.extend(few);
+        let newtons = |of: &Vec<(&Session, f64)>| of.iter().map(|one| one.1).collect();
+        let of_hand = |persons: &ByPerson| {
+            let each = persons.iter();
+            each.map(|(person, of)| (person.clone(), newtons(of)))
+                .collect()
+        };
+        let values = all.iter().map(|(hand, persons)| (*hand, of_hand(persons)));
+        let values = values.collect();
         Ok(Self {
             force,
             sessions,
@@ -276,10 +276,10 @@ fn differences(hands: &[(Hand, Retest)]) -> Table {
 }
 
 /// What sessions differ by although they should not, in words.
-fn differing(sessions: &[Session]) -> Vec<String> {
+fn differing(sessions: &[&Session]) -> Vec<String> {
     let mut doubts = Vec::new();
     let mut differ = |what: &str, of: &dyn Fn(&Session) -> String| {
-        let mut values: Vec<String> = sessions.iter().map(of).collect();
+        let mut values: Vec<String> = sessions.iter().map(|session| of(session)).collect();
         values.sort();
         values.dedup();
         if values.len() > 1 {
@@ -300,10 +300,26 @@ fn differing(sessions: &[Session]) -> Vec<String> {
         };
         format!("{}, {counts} of {trials} trials, {hold} s", protocol.name)
     });
-    if sessions.iter().all(|session| session.results.is_simulated) {
+    if !sessions.is_empty() && sessions.iter().all(|session| session.results.is_simulated) {
         doubts.push("Simulated data: no person gripped.".to_owned());
     }
     doubts
+}
+
+/// Keeps the first sessions of each person of whom there are enough; the others in words.
+fn leave_out(hand: Hand, persons: &mut ByPerson, sessions: usize) -> Option<String> {
+    let few = persons.iter().filter(|(_, of)| of.len() < sessions);
+    let few: Vec<&str> = few.map(|(person, _)| person.as_str()).collect();
+    let words = (!few.is_empty()).then(|| {
+        format!(
+            "left out, with fewer than {sessions} sessions of the {} hand: {}",
+            hand.word(),
+            few.join(", ")
+        )
+    });
+    persons.retain(|_, of| of.len() >= sessions);
+    persons.values_mut().for_each(|of| of.truncate(sessions));
+    words
 }
 
 /// Nothing is left to compare; `why`: what was wrong with the first folder or session that was left out.

@@ -22,6 +22,9 @@ const RING: usize = 3;
 /// Unloaded taxels tell the offset of a frame where no more than this share carries more than a tenth of its press.
 const QUIET_SHARE: f64 = 0.25;
 
+/// Frames of the empty array whose noise is looked at: it is much the same in all.
+const NOISY_FRAMES: usize = 5;
+
 /// A frame solved once: its loads follow by any load law.
 struct Solved {
     siemens: Frame<Siemens>,
@@ -31,7 +34,7 @@ struct Solved {
 }
 
 impl Solved {
-    /// `None` where nothing bounds it.
+    /// `None` where nothing bounds it, or it was not asked for.
     fn noise_of(&self, taxel: usize) -> Option<f64> {
         Some(self.noise_g[taxel]).filter(|g| g.is_finite())
     }
@@ -75,8 +78,8 @@ pub(super) struct Readings {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Unloaded {
     pub(super) reads_g: f64,
-    /// What noise has a part in of one reading, a standard deviation.
-    pub(super) noise_g: f64,
+    /// What noise has a part in of one reading, a standard deviation; where it was looked at.
+    pub(super) noise_g: Option<f64>,
 }
 
 /// Turns frames into solved ones.
@@ -95,21 +98,23 @@ impl Reader {
         })
     }
 
-    /// A frame's conductances, with what noise has a part in. None without an answer.
-    fn solve(&mut self, frame: &Frame<Counts>) -> Result<Option<Solved>, Error> {
+    /// A frame's conductances; `noise`: with what noise has a part in, many times the work. None without an answer.
+    fn solve(&mut self, frame: &Frame<Counts>, noise: bool) -> Result<Option<Solved>, Error> {
         self.pipeline.begin_anew();
         let result = self.pipeline.process(frame);
         let (Some(siemens), true) = (result.siemens, result.outcome.is_answer()) else {
             return Ok(None);
         };
         let loads = result.newtons()?;
-        let mut noise_g = vec![0.0; loads.values().len()];
-        let mut marks = loads.marks().to_vec();
-        self.errors
-            .of_loads(siemens, loads.values(), true, &mut marks)?;
-        let parts = self.errors.parts().noise.values();
-        for (to, &newtons) in noise_g.iter_mut().zip(parts) {
-            *to = grams_from_newtons(newtons);
+        let mut noise_g = vec![f64::NAN; loads.values().len()];
+        if noise {
+            let mut marks = loads.marks().to_vec();
+            self.errors
+                .of_loads(siemens, loads.values(), true, &mut marks)?;
+            let parts = self.errors.parts().noise.values();
+            for (to, &newtons) in noise_g.iter_mut().zip(parts) {
+                *to = grams_from_newtons(newtons);
+            }
         }
         Ok(Some(Solved {
             siemens: siemens.clone(),
@@ -125,7 +130,7 @@ impl<'a> Measurement<'a> {
         let mut left_out = data.left_out.clone();
         let mut frames = Vec::with_capacity(data.frames.len());
         for (i, frame) in data.frames.iter().enumerate() {
-            let solved = reader.solve(frame)?;
+            let solved = reader.solve(frame, true)?;
             if solved.is_none() {
                 left_out.push(format!("frame {i} of the presses has no answer"));
             }
@@ -133,9 +138,21 @@ impl<'a> Measurement<'a> {
         }
         let mut totals = Vec::new();
         for (recording, _) in &data.totals {
-            totals.push(solve_all(&mut reader, recording, "a total", &mut left_out)?);
+            totals.push(solve_all(
+                &mut reader,
+                recording,
+                "a total",
+                0,
+                &mut left_out,
+            )?);
         }
-        let empty = solve_all(&mut reader, &data.empty, "the empty array", &mut left_out)?;
+        let empty = solve_all(
+            &mut reader,
+            &data.empty,
+            "the empty array",
+            NOISY_FRAMES,
+            &mut left_out,
+        )?;
         let mut found = Self {
             sensor,
             data,
@@ -253,7 +270,7 @@ impl<'a> Measurement<'a> {
             if label.load_g == 0.0 {
                 to.unloaded.push(Unloaded {
                     reads_g: loads.values()[taxel],
-                    noise_g: solved.noise_of(taxel).unwrap_or(0.0),
+                    noise_g: solved.noise_of(taxel),
                 });
                 continue;
             }
@@ -366,7 +383,7 @@ fn middle(solved: &Solved, loads: &Frame<Grams>) -> Option<Unloaded> {
     let good = || (0..solved.marks.len()).filter(is_good);
     Some(Unloaded {
         reads_g: median(good().map(|taxel| loads.values()[taxel]))?,
-        noise_g: median(good().filter_map(|taxel| solved.noise_of(taxel))).unwrap_or(0.0),
+        noise_g: median(good().filter_map(|taxel| solved.noise_of(taxel))),
     })
 }
 
@@ -383,11 +400,12 @@ fn solve_all(
     reader: &mut Reader,
     frames: &[Frame<Counts>],
     what: &str,
+    noisy: usize,
     left_out: &mut Vec<String>,
 ) -> Result<Vec<Solved>, Error> {
     let mut all = Vec::new();
     for (i, frame) in frames.iter().enumerate() {
-        match reader.solve(frame)? {
+        match reader.solve(frame, i < noisy)? {
             Some(solved) => all.push(solved),
             None => left_out.push(format!("frame {i} of {what} has no answer")),
         }

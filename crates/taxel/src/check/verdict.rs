@@ -115,7 +115,7 @@ fn offset(readings: &Readings) -> Option<Offset> {
     Some(Offset {
         value_g,
         standard_error_g: (from.len() > 2).then_some(error),
-        noise_g: median(from.iter().map(|one| one.noise_g)).unwrap_or(0.0),
+        noise_g: median(from.iter().filter_map(|one| one.noise_g)).unwrap_or(0.0),
     })
 }
 
@@ -142,7 +142,8 @@ impl Told<'_> {
             (reads_g - load_g).abs() <= stated.factor_95 * sigma_g.hypot(fit_share * reads_g)
         });
         let unloaded = readings.unloaded.iter().map(|one| {
-            one.reads_g.abs() <= stated.factor_95 * stated.model_floor_g.hypot(one.noise_g)
+            one.reads_g.abs()
+                <= stated.factor_95 * stated.model_floor_g.hypot(one.noise_g.unwrap_or(0.0))
         });
         let inside: Vec<bool> = presses.chain(unloaded).collect();
         let (all, good) = (inside.len(), inside.iter().filter(|i| **i).count());
