@@ -196,8 +196,7 @@ impl Tally {
         if is_answer {
             self.uncertain += counts.of(Mark::Unresolved) as u64;
         }
-        let is_measured = |mark: Mark| mark.is_reading() || mark == Mark::Unresolved;
-        let measured = Mark::ALL.into_iter().filter(|mark| is_measured(*mark));
+        let measured = Mark::ALL.into_iter().filter(|mark| mark.is_measured());
         let nothing = measured.map(|mark| counts.of(mark)).sum::<usize>() == 0;
         self.unmeasured_frames += u64::from(nothing);
         for mark in Mark::ALL {

@@ -161,17 +161,9 @@ impl WholeFrames {
                 held.add(grams_from_newtons(truth), grams_from_newtons(load), half);
             }
         }
-        // A sum is of what was measured.
-        let measured = || loads.marks().iter().map(|&mark| is_usable(mark));
-        let sum = |frame: &Frame<Newtons>| -> f64 {
-            let values = frame.values().iter().zip(measured());
-            values
-                .filter(|v| v.1)
-                .map(|v| grams_from_newtons(*v.0))
-                .sum()
-        };
-        if measured().any(|is_measured| is_measured) {
-            self.total.add(sum(truth), sum(loads), halves.total);
+        if let Some((truth, found)) = measured_sums(truth, loads) {
+            let grams = grams_from_newtons;
+            self.total.add(grams(truth), grams(found), halves.total);
         }
     }
 
@@ -186,6 +178,18 @@ impl WholeFrames {
         rows.filter_map(|(kind, held)| held.row(format!("{name}, {kind}"), bootstrap))
             .collect()
     }
+}
+
+/// Sums over the taxels that were measured, of what stood there and of what was found; `None` where none was.
+pub(super) fn measured_sums(truth: &Frame<Newtons>, loads: &Frame<Newtons>) -> Option<(f64, f64)> {
+    let both = truth.values().iter().zip(loads.values());
+    let measured = both
+        .zip(loads.marks())
+        .filter(|(_, mark)| is_usable(**mark));
+    measured.fold(None, |sums, ((truth, found), _)| {
+        let (all, of_found) = sums.unwrap_or_default();
+        Some((all + truth, of_found + found))
+    })
 }
 
 /// The table that such rows stand in.

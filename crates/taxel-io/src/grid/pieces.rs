@@ -34,10 +34,11 @@ pub(super) struct Found {
     bytes: usize,
     /// Whether a comma closes the last of these.
     comma: bool,
-    /// The pieces that a frame without an end began in; in the first of them, where there is none, the last line.
+    /// The last pieces, from the one on in which a frame without an end begins; behind them those that nobody wanted.
     kept: Vec<Piece>,
-    /// Behind them, what nobody looked at.
+    /// Whether all lines that were wanted are plain.
     pub(super) is_plain: bool,
+    /// Whether nothing more can be read.
     pub(super) has_ended: bool,
 }
 
@@ -304,7 +305,7 @@ impl<'a> Taken<'a> {
         }
     }
 
-    /// Lets go of the pieces before the one that a whole frame does not end in or behind.
+    /// Lets go of the pieces before the one in which the frame that is still open begins.
     fn let_go(&mut self, free: &mut Vec<Piece>) {
         let mut open = self.lines % self.wanted.frame_lines;
         let mut first = self.kept.len() - 1;

@@ -4,6 +4,7 @@
 //! joins the lines that cross it, which raises all other readings. Or its taxels are gone with it, as the inverse has it. No frame
 //! tells the two apart. What the first would add to the readings is found for taxels that conduct as those around them do.
 
+use super::known::read_around;
 use super::set_passive;
 use crate::circuit::OperatingPoint;
 use crate::{Frame, Mark, Siemens};
@@ -19,8 +20,9 @@ pub(super) struct Detached {
     apart: Vec<f64>,
     without: Vec<f64>,
     direction: Vec<f64>,
-    /// Volts, each as one standard error that has nothing to do with the others.
     moves: Vec<Vec<f64>>,
+    /// Whether the frame looked at last moves anything.
+    has_moves: bool,
 }
 
 /// Whether a taxel's line is out.
@@ -37,17 +39,20 @@ impl Detached {
             without: none(),
             direction: none(),
             moves: vec![none(); 1 + PATTERNS],
+            has_moves: false,
         }
     }
 
-    /// Volts that readings would be off by: where all taxels of lines that are out conduct as those around them do, and where each
-    /// is off from that by as much as these are from one another. Nothing where no line is out, or nothing stands around it.
-    /// `point` stands at the conductances found, before and afterwards.
-    pub(super) fn moves(
-        &mut self,
-        point: &mut dyn OperatingPoint,
-        siemens: &Frame<Siemens>,
-    ) -> &[Vec<f64>] {
+    /// Volts that readings of the frame looked at last would be off by: where all taxels of lines that are out conduct as those
+    /// around them do, and where each is off from that by as much as these are from one another. Each is one standard error that has
+    /// nothing to do with the others. Nothing where no line is out, or nothing stands around it.
+    pub(super) fn moves(&self) -> &[Vec<f64>] {
+        if self.has_moves { &self.moves } else { &[] }
+    }
+
+    /// Looks at a frame. `point` stands at its conductances, before and afterwards.
+    pub(super) fn look_at(&mut self, point: &mut dyn OperatingPoint, siemens: &Frame<Siemens>) {
+        self.has_moves = false;
         let marks = siemens.marks();
         let mut any = false;
         for (taxel, filled) in self.filled.iter_mut().enumerate() {
@@ -58,7 +63,7 @@ impl Detached {
             }
         }
         if !any {
-            return &[];
+            return;
         }
         point.predict_into(&mut self.without);
         let is_passive = set_passive(point, &self.filled).is_ok();
@@ -67,11 +72,7 @@ impl Detached {
         }
         // It stood here before.
         let stands = set_passive(point, siemens.values()).is_ok();
-        if is_passive && stands {
-            &self.moves
-        } else {
-            &[]
-        }
+        self.has_moves = is_passive && stands;
     }
 
     fn find_moves(&mut self, point: &mut dyn OperatingPoint) {
@@ -99,20 +100,9 @@ impl Detached {
 
 /// Mean and standard deviation of the conductances around a taxel that were read.
 fn around(siemens: &Frame<Siemens>, marks: &[Mark], taxel: usize) -> (f64, f64) {
-    let (rows, columns) = (siemens.rows(), siemens.columns());
-    let (row, column) = (taxel / columns, taxel % columns);
-    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
-    for r in row.saturating_sub(1)..(row + 2).min(rows) {
-        for c in column.saturating_sub(1)..(column + 2).min(columns) {
-            if marks[r * columns + c].is_reading() {
-                let value = siemens.at(r, c).max(0.0);
-                (sum, squares, count) = (sum + value, squares + value * value, count + 1.0);
-            }
-        }
-    }
-    if count == 0.0 {
-        return (0.0, 0.0);
-    }
-    let mean = sum / count;
-    (mean, (squares / count - mean * mean).max(0.0).sqrt())
+    let each = || read_around(siemens, marks, taxel).map(|value| value.max(0.0));
+    let count = each().count().max(1) as f64;
+    let mean = each().sum::<f64>() / count;
+    let square = each().map(|value| (value - mean).powi(2)).sum::<f64>() / count;
+    (mean, square.sqrt())
 }

@@ -8,7 +8,7 @@ mod grip;
 
 use super::beside::Beside;
 use super::detached::Detached;
-use super::known::{Known, is_left_out};
+use super::known::{Known, is_left_out, read_around};
 use super::load::{factor_95_of, noise_counts_of, refuse_exported};
 use super::sheet_doubt::SheetDoubt;
 use super::{Adjoint, Bias, least_error_siemens, set_passive};
@@ -77,10 +77,8 @@ pub struct FigureErrors {
     beside: Beside,
     beyond: Option<UncertaintySpec>,
     sheet: Option<SheetDoubt>,
-    /// Where lines are left open, what taxels of those that are out may add to readings,
+    /// Where lines are left open, what taxels of those that are out may add to readings.
     detached: Option<Detached>,
-    /// and what they do in the frame looked at, volts; nothing where no line is out.
-    by_detached: Vec<Vec<f64>>,
     sigma_volts: f64,
     sensor: Sensor,
     is_looked_at: bool,
@@ -132,7 +130,6 @@ impl FigureErrors {
                 .readout()
                 .has_open_columns()
                 .then(|| Detached::new(taxels)),
-            by_detached: Vec::new(),
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             sensor: sensor.clone(),
@@ -260,13 +257,8 @@ impl FigureErrors {
                 (self.slope[taxel], self.noise[taxel]) = (0.0, 0.0);
             }
         }
-        self.by_detached.clear();
         if let Some(detached) = &mut self.detached {
-            for volts in detached.moves(&mut *self.point, siemens) {
-                let each = volts.iter().zip(&self.is_known);
-                let others = each.map(|(volts, known)| if *known { 0.0 } else { *volts });
-                self.by_detached.push(others.collect());
-            }
+            detached.look_at(&mut *self.point, siemens);
         }
         if let Some(sheet) = &mut self.sheet {
             let found = sheet.look_at(&*self.point, siemens.values(), &self.is_known);
@@ -385,7 +377,8 @@ impl FigureErrors {
         let sheet = self.sheet.as_ref();
         let noise = self.sigma_volts * influence.iter().map(|x| x * x).sum::<f64>().sqrt();
         let of = |volts: &Vec<f64>| influence.iter().zip(volts).map(|(x, v)| x * v).sum::<f64>();
-        let by_detached = self.by_detached.iter().map(|volts| of(volts).powi(2));
+        let moves = self.detached.as_ref().map_or(&[][..], Detached::moves);
+        let by_detached = moves.iter().map(|volts| of(volts).powi(2));
         [
             noise.hypot(by_detached.sum::<f64>().sqrt()),
             sheet.map_or(0.0, |sheet| sheet.of_sum(influence)),
@@ -450,18 +443,10 @@ const TOLERANCE: f64 = 1e-3;
 
 /// What the loads around a repaired taxel differ from what it was given by, newtons: as wrong may that be.
 fn scatter_around(loads: &Frame<Newtons>, taxel: usize) -> f64 {
-    let (rows, columns) = (loads.rows(), loads.columns());
-    let (row, column) = (taxel / columns, taxel % columns);
-    let (mut sum, mut count) = (0.0, 0.0);
-    for r in row.saturating_sub(1)..(row + 2).min(rows) {
-        for c in column.saturating_sub(1)..(column + 2).min(columns) {
-            let other = r * columns + c;
-            let mark = loads.marks()[other];
-            if is_usable(mark) && mark != Mark::Interpolated {
-                sum += (loads.values()[other] - loads.values()[taxel]).powi(2);
-                count += 1.0;
-            }
-        }
-    }
-    f64::sqrt(sum / f64::max(count, 1.0))
+    let own = loads.values()[taxel];
+    let each = read_around(loads, loads.marks(), taxel).map(|load| (load - own).powi(2));
+    let (sum, count) = each.fold((0.0, 0.0f64), |(sum, count), square| {
+        (sum + square, count + 1.0)
+    });
+    f64::sqrt(sum / count.max(1.0))
 }

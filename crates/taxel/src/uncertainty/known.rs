@@ -1,7 +1,7 @@
 //! Errors of some conductances where others are no unknowns.
 
-use crate::Mark;
 use crate::circuit::{NotPassive, OperatingPoint};
+use crate::{Frame, Mark};
 
 /// A circuit some of whose conductances are no unknowns, nor their readings used: absent taxels, and those taken to be
 /// unloaded because they read less than is recorded. Each moves its own reading alone, which leaves the others' errors to
@@ -17,6 +17,22 @@ pub(crate) struct Known<'a> {
 /// that hangs on nothing else would make the errors of all others what they are not.
 pub(crate) fn is_left_out(mark: Mark) -> bool {
     mark.is_no_unknown() || !mark.is_measured()
+}
+
+/// What was read of the eight taxels around one.
+pub(super) fn read_around<'a, Q>(
+    frame: &'a Frame<Q>,
+    marks: &'a [Mark],
+    taxel: usize,
+) -> impl Iterator<Item = f64> + use<'a, Q> {
+    let (rows, columns) = (frame.rows(), frame.columns());
+    let (row, column) = (taxel / columns, taxel % columns);
+    let near = (row.saturating_sub(1)..(row + 2).min(rows)).flat_map(move |r| {
+        let line = column.saturating_sub(1)..(column + 2).min(columns);
+        line.map(move |c| r * columns + c)
+    });
+    near.filter(move |&at| at != taxel && marks[at].is_reading())
+        .map(|at| frame.values()[at])
 }
 
 impl Known<'_> {

@@ -2,7 +2,7 @@
 
 use super::conductance::{DEPTH, RESTARTS};
 use super::detached::Detached;
-use super::known::Known;
+use super::known::{Known, read_around};
 use crate::circuit::OperatingPoint;
 use crate::solve::gmres::Gmres;
 use crate::{Frame, Mark, Siemens};
@@ -18,9 +18,8 @@ const TOLERANCE: f64 = 1e-3;
 /// the others, s those without a reading and δ what these are off by. All at the ceiling may be larger at once; lost ones
 /// are off each by itself, by as much as those around differ from what stands for them.
 pub(super) struct Unmeasured {
-    /// Whether lost readings count: where lines are not left open they tell little of others.
-    with_lost: bool,
-    detached: Detached,
+    /// Where lost readings and lines that are out count: where lines are not left open they tell little of others.
+    detached: Option<Detached>,
     gmres: Gmres,
     direction: Vec<f64>,
     moved: Vec<f64>,
@@ -31,8 +30,7 @@ pub(super) struct Unmeasured {
 impl Unmeasured {
     pub(super) fn new(taxels: usize, with_lost: bool) -> Self {
         Self {
-            with_lost,
-            detached: Detached::new(taxels),
+            detached: with_lost.then(|| Detached::new(taxels)),
             gmres: Gmres::new(taxels, DEPTH.min(taxels)),
             direction: vec![0.0; taxels],
             moved: vec![0.0; taxels],
@@ -60,14 +58,16 @@ impl Unmeasured {
             }
             self.add(known);
         }
-        if self.with_lost {
+        if self.detached.is_some() {
             for taxel in (0..marks.len()).filter(|&taxel| is_lost(marks[taxel])) {
                 self.direction.fill(0.0);
                 self.direction[taxel] = off(siemens, marks, taxel);
                 self.add(known);
             }
-            let moves = self.detached.moves(known.point, siemens);
-            for volts in moves {
+        }
+        if let Some(detached) = &mut self.detached {
+            detached.look_at(known.point, siemens);
+            for volts in detached.moves() {
                 self.moved.copy_from_slice(volts);
                 undo(known, &mut self.gmres, &mut self.moved, &mut self.error);
                 add_squares(&mut self.squares, &self.error);
@@ -111,18 +111,11 @@ fn is_lost(mark: Mark) -> bool {
 
 /// Root mean square of what the conductances around a taxel differ from its own by.
 fn off(siemens: &Frame<Siemens>, marks: &[Mark], taxel: usize) -> f64 {
-    let (rows, columns) = (siemens.rows(), siemens.columns());
-    let (row, column) = (taxel / columns, taxel % columns);
-    let own = siemens.at(row, column);
-    let (mut sum, mut count) = (0.0, 0.0);
-    for r in row.saturating_sub(1)..(row + 2).min(rows) {
-        for c in column.saturating_sub(1)..(column + 2).min(columns) {
-            if marks[r * columns + c].is_reading() {
-                sum += (siemens.at(r, c) - own).powi(2);
-                count += 1.0;
-            }
-        }
-    }
+    let own = siemens.values()[taxel];
+    let each = read_around(siemens, marks, taxel).map(|value| (value - own).powi(2));
+    let (sum, count) = each.fold((0.0, 0.0), |(sum, count), square| {
+        (sum + square, count + 1.0)
+    });
     if count > 0.0 {
         (sum / count).sqrt()
     } else {

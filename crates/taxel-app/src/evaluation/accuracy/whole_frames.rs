@@ -134,16 +134,8 @@ impl Whole {
         let loaded = both.filter(|((truth, _), mark)| **truth > 0.0 && is_usable(**mark));
         let last = self.loaded.last_mut().expect("one was begun");
         last.extend(loaded.map(|((&truth, &load), _)| pair(truth, load)));
-        // A sum is of what was measured.
-        let measured = || loads.marks().iter().map(|mark| is_usable(*mark));
-        let sum = |frame: &Frame<Newtons>| -> f64 {
-            let values = frame.values().iter().zip(measured());
-            values.filter(|both| both.1).map(|both| both.0).sum()
-        };
         let last = self.total.last_mut().expect("one was begun");
-        if measured().any(|is_measured| is_measured) {
-            last.push(pair(sum(truth), sum(loads)));
-        }
+        last.extend(coverage::measured_sums(truth, loads).map(|(truth, found)| pair(truth, found)));
         let is_lost = |mark: &Mark| !is_usable(*mark) && *mark != Mark::Absent;
         self.has_unmeasured |= loads.marks().iter().any(is_lost);
         self.regions.add(sensor, loads, truth, is_new);
