@@ -1,7 +1,9 @@
 //! The first pass over a recording: which lines cannot be trusted.
 
 use serde::Serialize;
-use taxel::screen::{Level, LevelScreen, LineFault, LineFaultKind, LineFaults, LineScreen};
+use taxel::screen::{
+    Level, LevelScreen, LineEvidence, LineFault, LineFaultKind, LineFaults, LineScreen,
+};
 use taxel::{Counts, Frame, Sensor};
 
 use crate::error::Error;
@@ -10,21 +12,27 @@ use crate::frames::{FrameReader, Input};
 use crate::in_order::{Work, in_order};
 use crate::reporter::Reporter;
 
-/// Frames that are read ahead of those looked at.
-const AHEAD: usize = 8;
+/// Frames under way for each thread that looks at them.
+const AHEAD: usize = 4;
 
-/// The look at one frame after the other, by one thread.
+/// The look at single frames, by any thread.
 struct Looking;
 
-/// A frame, and the level in all frames up to it.
-type Levelled = (Frame<Counts>, Option<Level>);
+/// A frame on its way.
+#[derive(Clone)]
+struct Looked {
+    frame: Frame<Counts>,
+    /// In all frames up to it.
+    level: Option<Level>,
+    evidence: LineEvidence,
+}
 
-impl Work<Levelled> for Looking {
-    type Worker = LineScreen;
+impl Work<Looked> for Looking {
+    type Worker = ();
 
-    fn work(&self, screen: &mut LineScreen, (frame, level): &mut Levelled) {
-        let seen = screen.observe_at(frame, *level);
-        seen.expect("a reader's frames have the sensor's shape");
+    fn work(&self, (): &mut (), looked: &mut Looked) {
+        let found = looked.evidence.find(&looked.frame, looked.level);
+        found.expect("a reader's frames have the sensor's shape");
     }
 }
 
@@ -50,8 +58,8 @@ impl Survey {
         }
     }
 
-    /// Reads a recording of counts through for line faults; with two threads one reads while the other looks. A pipe and
-    /// other quantities are not looked at.
+    /// Reads a recording of counts through for line faults; with several threads all look, each at frames of its own, while
+    /// this one reads and adds up. A pipe and other quantities are not looked at.
     ///
     /// # Errors
     /// A frame that cannot be read; [`Error::Stopped`] where the reporter's stage says so.
@@ -76,34 +84,38 @@ impl Survey {
         let (rows, columns) = source.shape();
         let stage = reporter.stage("looking for line faults");
         let mut frames = 0;
-        let held = if threads.unwrap_or_else(cores) == 1 {
-            1
-        } else {
-            AHEAD
+        let threads = threads.unwrap_or_else(cores);
+        let held = if threads == 1 { 1 } else { AHEAD * threads };
+        let looked = Looked {
+            frame: Frame::zeros(rows, columns),
+            level: None,
+            evidence: LineEvidence::from_sensor(sensor),
         };
-        let memory = vec![(Frame::zeros(rows, columns), None); held];
         let mut levels = LevelScreen::from_sensor(sensor);
-        let mut screens = [LineScreen::from_sensor(sensor)];
+        let mut screen = LineScreen::from_sensor(sensor);
         in_order(
             &Looking,
-            &mut screens,
-            memory,
-            |(frame, level)| -> Result<bool, Error> {
+            &mut vec![(); threads],
+            vec![looked; held],
+            |looked| -> Result<bool, Error> {
                 if stage.is_stopped() {
                     return Err(Error::Stopped);
                 }
-                let is_more = source.next_into(frame)?;
+                let is_more = source.next_into(&mut looked.frame)?;
                 if is_more {
-                    levels.observe(frame)?;
-                    *level = levels.level();
+                    levels.observe(&looked.frame)?;
+                    looked.level = levels.level();
                     frames += 1;
                 }
                 crate::frames::show(&source, &*stage);
                 Ok(is_more)
             },
-            |_| Ok(()),
+            |looked| {
+                screen.add(&mut looked.evidence);
+                Ok(())
+            },
         )?;
-        survey.faults = screens[0].finish().with_declared(sensor.screen());
+        survey.faults = screen.finish().with_declared(sensor.screen());
         survey.frames = Some(frames);
         Ok(survey)
     }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use taxel::calibrate::CalibrationData;
-use taxel::screen::{FrameScreen, LineScreen, repair_readings};
+use taxel::screen::{FrameScreen, LineScreen, Surroundings, repair_readings};
 use taxel::{Mark, Sensor};
 use taxel_learn::{Rows, Source};
 
@@ -103,7 +103,7 @@ pub fn screen(data: &mut CalibrationData, sensor: &Sensor) -> Result<usize, Erro
     let mut screen = FrameScreen::from_sensor(sensor);
     screen.set_lines(&faults);
     let mut lost = vec![false; data.presses.len()];
-    let mut around = Vec::new();
+    let mut around = Surroundings::of_sensor(sensor);
     for (at, frame) in data.frames.iter_mut().enumerate() {
         screen.mark(frame)?;
         for (press, lost) in data.presses.iter().zip(&mut lost) {

@@ -7,7 +7,9 @@ use crate::circuit::Converter;
 use crate::estimate::LoadEstimator;
 use crate::frame::clear_where;
 use crate::material::LoadLaw;
-use crate::screen::{FrameScreen, LineFaults, LowerEnd, repair, repair_readings, stand_in};
+use crate::screen::{
+    FrameScreen, LineFaults, LowerEnd, Surroundings, repair, repair_readings, stand_in,
+};
 use crate::sensor::{ScreenSpec, mark_absent};
 use crate::solve::{Method, Outcome, Solver, Stop};
 use crate::{Counts, Error, Frame, Mark, Newtons, Sensor, Siemens, Volts};
@@ -27,11 +29,11 @@ pub enum Repair {
 }
 
 impl Repair {
-    fn run<Q>(self, frame: &mut Frame<Q>, scratch: &mut Vec<f64>) {
+    fn run<Q>(self, frame: &mut Frame<Q>, around: &mut Surroundings) {
         match self {
             Repair::Nothing => 0,
-            Repair::Readings => repair_readings(frame, scratch),
-            Repair::Everything => repair(frame, scratch),
+            Repair::Readings => repair_readings(frame, around),
+            Repair::Everything => repair(frame, around),
         };
     }
 }
@@ -95,7 +97,7 @@ pub struct Pipeline {
     volts: Frame<Volts>,
     siemens: Frame<Siemens>,
     loads: Frame<Newtons>,
-    around: Vec<f64>,
+    around: Surroundings,
 }
 
 /// What comes after the volts.
@@ -162,7 +164,7 @@ impl Pipeline {
             volts: Frame::zeros(rows, columns),
             siemens: Frame::zeros(rows, columns),
             loads: Frame::zeros(rows, columns),
-            around: Vec::with_capacity((rows + 1) * (columns + 1) + 2 * (rows + columns)),
+            around: Surroundings::of_sensor(sensor),
         }
     }
 

@@ -235,6 +235,13 @@ impl Sensor {
         self.handle.as_deref()
     }
 
+    /// How the rings of a handle run whose seam is closed, so that the last taxel of each is beside the first; `None` of others,
+    /// and of what is flat.
+    pub fn closed_rings(&self) -> Option<Rings> {
+        let closed = self.handle().filter(|handle| handle.closes());
+        closed.map(|handle| handle.rings)
+    }
+
     /// Area that a taxel's load acts on, mm²: that of the sensor file, on a cone the smaller the narrower the body is there, and of
     /// another program's sensor that of the taxel itself where it says that they differ.
     pub fn taxel_area_mm2(&self, taxel: usize) -> f64 {

@@ -7,7 +7,7 @@ use super::least_squares::{self, Settings, median, robust_deviation};
 use crate::circuit::Converter;
 use crate::frame::Grams;
 use crate::material::{DynamicLaw, ForwardState, LoadLaw};
-use crate::screen::stand_in;
+use crate::screen::{Surroundings, stand_in};
 use crate::sensor::{MAX_DYNAMIC_TERMS, PerLine};
 use crate::solve::default_method;
 use crate::stats::Line;
@@ -197,7 +197,7 @@ impl<'a> Task<'a> {
         let sensor = with_switches(self.sensor, column_ohms, row_ohms);
         let method = default_method(&sensor).ok()?;
         let converter = Converter::from_sensor(&sensor);
-        let (mut solver, mut around) = (method.solver(), Vec::new());
+        let (mut solver, mut around) = (method.solver(), Surroundings::of_sensor(&sensor));
         let mut volts = Frame::zeros(sensor.rows(), sensor.columns());
         let mut siemens = Frame::zeros(sensor.rows(), sensor.columns());
         let mut solved = Solved {

@@ -3,7 +3,7 @@
 use super::evidence::Evidence;
 use crate::circuit::Converter;
 use crate::parallel::par_map;
-use crate::screen::stand_in;
+use crate::screen::{Surroundings, stand_in};
 use crate::solve::{Best, DiodeState, ExactStart, ExactState, NewtonState};
 use crate::{Counts, Executor, Frame, Sensor, Siemens, Volts};
 
@@ -48,7 +48,7 @@ struct Work {
     diodes: Option<DiodeState>,
     volts: Option<Frame<Volts>>,
     siemens: Frame<Siemens>,
-    around: Vec<f64>,
+    around: Surroundings,
 }
 
 /// The volts of every frame (presses first, then levels) by one converter: most circuits that a fit tries share it.
@@ -71,7 +71,7 @@ impl Read {
             return kept;
         }
         let read = |batch: Vec<usize>| {
-            let mut around = Vec::new();
+            let mut around = Surroundings::of_sensor(sensor);
             let each = batch.into_iter().map(|i| {
                 let mut volts = Frame::zeros(rows, columns);
                 read(&converter, counts_of(evidence, i), &mut volts, &mut around);
@@ -102,7 +102,7 @@ fn read(
     converter: &Converter,
     counts: &Frame<Counts>,
     volts: &mut Frame<Volts>,
-    around: &mut Vec<f64>,
+    around: &mut Surroundings,
 ) {
     converter.volts_from_counts_into(counts, volts);
     stand_in(volts, around);
@@ -115,6 +115,7 @@ pub(super) struct Inverter<'a> {
     converter: Converter,
     read: Option<&'a Read>,
     shape: (usize, usize),
+    around: Surroundings,
 }
 
 impl<'a> Inverter<'a> {
@@ -127,6 +128,7 @@ impl<'a> Inverter<'a> {
             converter: Converter::from_sensor(sensor),
             read: None,
             shape,
+            around: Surroundings::of_sensor(sensor),
         })
     }
 
@@ -178,7 +180,7 @@ impl<'a> Inverter<'a> {
             diodes: None,
             volts: None,
             siemens: Frame::zeros(rows, columns),
-            around: Vec::new(),
+            around: self.around.clone(),
         }
     }
 

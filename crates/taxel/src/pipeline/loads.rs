@@ -2,6 +2,7 @@
 
 use crate::frame::{clear_where, has_mark, newtons_from_grams};
 use crate::material::{DynamicLaw, HysteresisState, LoadLaw, Spread};
+use crate::screen::Surroundings;
 use crate::sensor::Material;
 use crate::{Error, Frame, Mark, Newtons, Sensor, Siemens};
 
@@ -39,7 +40,7 @@ impl FromSiemens {
         siemens: &Frame<Siemens>,
         unexplained: bool,
         loads: &mut Frame<Newtons>,
-        around: &mut Vec<f64>,
+        around: &mut Surroundings,
     ) {
         (self.law).grams_of_frame(&siemens.values, &mut self.grams);
         if let Some(hysteresis) = &mut self.hysteresis {
@@ -101,7 +102,7 @@ fn is_lost(mark: Mark) -> bool {
 }
 
 /// Gives lost taxels the median load around them, for what is computed from neighbourhoods.
-fn fill_lost(frame: &mut Frame<Newtons>, grams: &mut [f64], around: &mut Vec<f64>) {
+fn fill_lost(frame: &mut Frame<Newtons>, grams: &mut [f64], around: &mut Surroundings) {
     if !has_mark(&frame.marks, is_lost) {
         return;
     }

@@ -2,17 +2,14 @@
 
 use taxel_linalg::wide;
 
+use super::evidence::{LineEvidence, Tells};
 use super::frame::HELD_FRAMES;
-use super::level::reads_nothing;
-use super::line_state::{FrameLines, LineVerdict, Thresholds, classify, is_there};
+use super::line_state::{FrameLines, LineVerdict, Thresholds};
 use super::short::{AlikePairs, Usual};
 use super::suspect;
 use super::tally::{LineTally, Looked};
 use super::together;
-use super::{
-    Axis, Level, LevelScreen, LineFault, LineFaultKind, LineFaults, ScreenOptions, check_shape,
-};
-use crate::stats::median_high;
+use super::{Axis, Level, LevelScreen, LineFault, LineFaultKind, LineFaults, ScreenOptions};
 use crate::{Counts, Error, Frame, Sensor};
 
 /// Silent readings between loaded ones, over a recording, before silence counts for anything.
@@ -48,19 +45,16 @@ pub struct LineScreen {
     columns: Vec<LineTally>,
     row_pairs: AlikePairs,
     column_pairs: AlikePairs,
-    verdicts: Vec<LineVerdict>,
     scratch: Vec<f64>,
     frames: u64,
     blank_frames: u64,
     /// Frames of nothing but zeros: blank as well, where unloaded taxels read more.
     zero_frames: u64,
-    lines: FrameLines,
+    /// Of the last frame taken in by [`Self::observe`].
+    evidence: LineEvidence,
     /// Of the frame before that was not blank.
     previous: FrameLines,
     has_previous: bool,
-    /// Of an array with floating lines: what every row, then every column, reads at most of its places, counts above
-    /// the baseline.
-    usual: Vec<f64>,
     /// Whether any taxel stood at the ceiling in the frame before.
     any_at_ceiling: bool,
     at_ceiling: Vec<u8>,
@@ -90,15 +84,13 @@ impl LineScreen {
             columns: vec![LineTally::of_length(rows); columns],
             row_pairs: AlikePairs::new(rows, columns),
             column_pairs: AlikePairs::new(columns, rows),
-            verdicts: Vec::with_capacity(rows + columns),
             scratch: Vec::with_capacity(2 * rows.max(columns)),
             frames: 0,
             blank_frames: 0,
             zero_frames: 0,
-            lines: FrameLines::new(rows, columns),
+            evidence: LineEvidence::new(rows, columns, max_count, options),
             previous: FrameLines::new(rows, columns),
             has_previous: false,
-            usual: vec![0.0; rows + columns],
             any_at_ceiling: false,
             at_ceiling: vec![0; rows * columns],
             held: vec![false; rows * columns],
@@ -111,66 +103,45 @@ impl LineScreen {
     /// [`Error::Shape`] for a frame of another shape.
     pub fn observe(&mut self, frame: &Frame<Counts>) -> Result<(), Error> {
         self.levels.observe(frame)?;
-        self.observe_at(frame, self.levels.level())
+        let mut evidence = std::mem::take(&mut self.evidence);
+        let found = evidence.find(frame, self.levels.level());
+        if found.is_ok() {
+            self.add(&mut evidence);
+        }
+        self.evidence = evidence;
+        found
     }
 
-    /// [`Self::observe`] where a [`LevelScreen`] that runs ahead has found the level in the frames up to this one.
-    ///
-    /// # Errors
-    /// [`Error::Shape`] for a frame of another shape.
-    pub fn observe_at(&mut self, frame: &Frame<Counts>, level: Option<Level>) -> Result<(), Error> {
-        check_shape(
-            "frame to screen",
-            self.rows.len(),
-            self.columns.len(),
-            frame,
-        )?;
-        self.level = level;
+    /// [`Self::observe`] of a frame whose evidence was found elsewhere, in the order of the frames; with the level that a
+    /// [`LevelScreen`] has found in the frames up to it. What is left of the evidence is room for that of another frame.
+    pub fn add(&mut self, evidence: &mut LineEvidence) {
+        self.level = evidence.level;
         self.frames += 1;
-        if self.options.exported {
-            return Ok(());
+        match evidence.tells {
+            Tells::NotAsked => return,
+            Tells::Zeros => {
+                self.zero_frames += 1;
+                return;
+            }
+            Tells::Blank | Tells::Lines => self.follow_ceiling(evidence),
         }
-        if reads_nothing(frame.values()) {
-            self.zero_frames += 1;
-            return Ok(());
+        if evidence.tells == Tells::Blank {
+            self.blank_frames += 1;
+            return;
         }
-        let thresholds = Thresholds::new(level, self.max_count, &self.options);
-        self.follow_ceiling(frame, thresholds.ceiling);
-        self.lines.take(frame, &self.options);
-        if self.options.floating {
-            self.find_usual(thresholds.baseline);
-        }
-        self.verdicts.clear();
         wide(
             #[inline(always)]
-            || {
-                for axis in Axis::BOTH {
-                    let lines = self.lines.along(axis, &self.options);
-                    for line in 0..lines.count {
-                        let verdict = classify(&lines, line, &thresholds, &self.options);
-                        self.verdicts.push(verdict);
-                    }
-                }
-            },
+            || self.tally(evidence),
         );
-        let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
-        let blank = |all: &[LineVerdict]| {
-            let out = all.iter().filter(|v| v.out).count();
-            out > 0 && 2 * out >= all.iter().filter(|v| v.judged).count()
-        };
-        if blank(of_rows) || blank(of_columns) {
-            self.blank_frames += 1;
-            return Ok(());
-        }
-        self.tally(&thresholds);
-        std::mem::swap(&mut self.lines, &mut self.previous);
+        std::mem::swap(&mut evidence.lines, &mut self.previous);
         self.has_previous = true;
-        Ok(())
     }
 
     /// Adds what the frame says of every line and of every two neighbours.
-    fn tally(&mut self, thresholds: &Thresholds) {
-        let (of_rows, of_columns) = self.verdicts.split_at(self.rows.len());
+    #[inline(always)]
+    fn tally(&mut self, evidence: &LineEvidence) {
+        let thresholds = &evidence.thresholds;
+        let (of_rows, of_columns) = evidence.verdicts.split_at(self.rows.len());
         for (axis, verdicts, tallies, pairs) in [
             (Axis::Row, of_rows, &mut self.rows, &mut self.row_pairs),
             (
@@ -181,7 +152,7 @@ impl LineScreen {
             ),
         ] {
             let looked = Looked {
-                lines: self.lines.along(axis, &self.options),
+                lines: evidence.lines.along(axis, &self.options),
                 before: self
                     .has_previous
                     .then(|| self.previous.along(axis, &self.options)),
@@ -195,9 +166,9 @@ impl LineScreen {
                 tally.silence.add(verdict.responding, look);
             }
             let (along, across) = match axis {
-                Axis::Row => self.usual.split_at(of_rows.len()),
+                Axis::Row => evidence.usual.split_at(of_rows.len()),
                 Axis::Column => {
-                    let (rows, columns) = self.usual.split_at(of_rows.len());
+                    let (rows, columns) = evidence.usual.split_at(of_rows.len());
                     (columns, rows)
                 }
             };
@@ -205,37 +176,27 @@ impl LineScreen {
                 lines: along,
                 positions: across,
             };
-            for line in 0..looked.lines.count.saturating_sub(1) {
+            let tells = |pair: &[LineVerdict]| pair.iter().any(LineVerdict::may_carry);
+            for (line, _) in verdicts
+                .windows(2)
+                .enumerate()
+                .filter(|(_, pair)| tells(pair))
+            {
                 pairs.observe(&looked.lines, line, thresholds, &self.options, &usual);
             }
         }
     }
 
-    /// Medians of all lines.
-    fn find_usual(&mut self, baseline: f64) {
-        let mut usual = self.usual.iter_mut();
-        for axis in Axis::BOTH {
-            let lines = self.lines.along(axis, &self.options);
-            for (line, usual) in (0..lines.count).zip(&mut usual) {
-                self.scratch.clear();
-                let readings = lines.of_line(line).iter().copied();
-                self.scratch
-                    .extend(readings.filter(|reading| is_there(*reading)));
-                *usual = median_high(&mut self.scratch).unwrap_or(0.0) - baseline;
-            }
-        }
-    }
-
     /// Counts how long each taxel has stood at the ceiling.
-    fn follow_ceiling(&mut self, frame: &Frame<Counts>, ceiling: f64) {
-        let readings = frame.values().iter();
-        let any = readings.fold(false, |any, &value| any | (value >= ceiling));
+    fn follow_ceiling(&mut self, evidence: &LineEvidence) {
+        let any = evidence.any_at_ceiling;
         let was_any = std::mem::replace(&mut self.any_at_ceiling, any);
         if !any && !was_any {
             return;
         }
+        let ceiling = evidence.thresholds.ceiling;
         let taxels = self.at_ceiling.iter_mut().zip(&mut self.held);
-        for ((run, held), &value) in taxels.zip(frame.values()) {
+        for ((run, held), &value) in taxels.zip(evidence.lines.by_row()) {
             *run = if value >= ceiling {
                 run.saturating_add(1)
             } else {

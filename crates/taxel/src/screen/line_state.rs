@@ -17,12 +17,12 @@ pub(super) fn is_there(reading: f64) -> bool {
 
 /// The greater of two readings, as one instruction: `f64::max` would look for NaN, of which there is none.
 #[inline(always)]
-fn greater(a: f64, b: f64) -> f64 {
+pub(super) fn greater(a: f64, b: f64) -> f64 {
     if a > b { a } else { b }
 }
 
 /// The readings of one frame as lines along either axis, each line in one piece; [`NOWHERE`] where there is no taxel.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct FrameLines {
     rows: usize,
     columns: usize,
@@ -57,6 +57,11 @@ impl FrameLines {
                 *place = *value;
             }
         }
+    }
+
+    /// Row by row.
+    pub fn by_row(&self) -> &[f64] {
+        &self.by_row
     }
 
     pub fn along(&self, axis: Axis, options: &ScreenOptions) -> LineReadings<'_> {
@@ -168,7 +173,7 @@ impl Sides<'_> {
 }
 
 /// The level with its thresholds, in counts.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Thresholds {
     /// What an unloaded taxel reads, as far as is known (else 0).
     pub baseline: f64,
@@ -230,6 +235,8 @@ impl Thresholds {
 /// What one frame says about one line.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct LineVerdict {
+    /// Taxels on it.
+    pub taxels: usize,
     /// Whether the line has taxels enough to be judged.
     pub judged: bool,
     /// Whether this frame can tell.
@@ -248,6 +255,13 @@ pub(super) struct LineVerdict {
     pub fallen_share: f64,
 }
 
+impl LineVerdict {
+    /// Whether any of its readings may be loaded and below the ceiling.
+    pub fn may_carry(&self) -> bool {
+        !self.judged || self.responding > 0
+    }
+}
+
 /// Judges one line: it is out when nearly all of its readings have fallen below what an unloaded taxel reads (where
 /// there is something to fall from), or when it is silent at nearly all places where the lines on both sides carry a
 /// real load and responds nowhere else; or when nearly all of its readings are at the ceiling and those beside it are
@@ -259,8 +273,11 @@ pub(super) fn classify(
     thresholds: &Thresholds,
     options: &ScreenOptions,
 ) -> LineVerdict {
-    let mut verdict = LineVerdict::default();
     let taxels = lines.taxels(line);
+    let mut verdict = LineVerdict {
+        taxels,
+        ..LineVerdict::default()
+    };
     if taxels < MIN_LINE {
         return verdict;
     }

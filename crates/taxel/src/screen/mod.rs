@@ -4,6 +4,7 @@
 //!
 //! - [`LevelScreen`]: what does an unloaded taxel read (baseline), and how much does it vary (noise)?
 //! - [`LineScreen`]: over a recording, which rows and columns are dead, come and go, or are shorted together?
+//!   [`LineEvidence`] is what one frame tells of that.
 //! - [`FrameScreen`]: in this frame, which single readings are stuck or saturated, and which lines dropped out?
 //!
 //! All state is of constant size, whatever the length of the recording; a frame allocates nothing.
@@ -39,6 +40,7 @@
 
 mod axis;
 mod end;
+mod evidence;
 mod fault;
 mod frame;
 mod histogram;
@@ -57,14 +59,15 @@ mod together;
 
 pub use axis::Axis;
 pub(crate) use end::LowerEnd;
+pub use evidence::LineEvidence;
 pub use fault::{LineFault, LineFaultKind, LineFaults};
 pub use frame::FrameScreen;
 pub use level::{Level, LevelScreen};
 pub use line::LineScreen;
 pub use mask::{CountsMask, MaskCount};
 pub use options::{ScreenOptions, SpaceSpikes, TimeSpikes};
+pub use repair::{Surroundings, repair, repair_readings};
 pub(crate) use repair::{fill, stand_in};
-pub use repair::{repair, repair_readings};
 pub use report::ScreenReport;
 pub use spike::TimeSpikeScreen;
 

@@ -1,7 +1,7 @@
 //! Lines shorted together read alike, frame after frame.
 
 use super::ScreenOptions;
-use super::line_state::{LineReadings, Thresholds, is_there};
+use super::line_state::{LineReadings, Thresholds, greater, is_there};
 
 /// Share of their length along which two lines must have been alike under a load: a hand that lies still makes two
 /// lines alike for as long as it lies there, but not all along.
@@ -11,7 +11,7 @@ const COVERED_SHARE: f64 = 0.5;
 /// raises the readings of its lines all along, and only what stands out of that is its own.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Usual<'a> {
-    /// Of each of the lines compared, and of each position on them; empty where there is no such thing.
+    /// Of each of the lines compared, and of each position on them; nothing where there is no such thing.
     pub lines: &'a [f64],
     pub positions: &'a [f64],
 }
@@ -22,11 +22,6 @@ impl Usual<'_> {
         let of_pair = self.lines.get(line..line + 2).unwrap_or_default();
         of_pair.iter().copied().fold(0.0, f64::max)
     }
-
-    /// On a position of all lines.
-    fn across(&self, position: usize) -> f64 {
-        self.positions.get(position).copied().unwrap_or(0.0)
-    }
 }
 
 /// How alike the readings of each pair of adjacent lines are, over a recording.
@@ -34,8 +29,8 @@ impl Usual<'_> {
 pub(super) struct AlikePairs {
     loaded: Vec<u64>,
     alike: Vec<u64>,
-    /// Positions along each pair at which a loaded reading was alike.
-    covered: Vec<bool>,
+    /// Positions along each pair at which a loaded reading was alike: 1, as wide as a reading.
+    covered: Vec<u64>,
     length: usize,
     /// Positions along each pair at which both have a taxel.
     both: Vec<usize>,
@@ -57,7 +52,7 @@ impl AlikePairs {
         Self {
             loaded: vec![0; pairs],
             alike: vec![0; pairs],
-            covered: vec![false; pairs * length],
+            covered: vec![0; pairs * length],
             length,
             both: vec![0; pairs],
         }
@@ -65,6 +60,7 @@ impl AlikePairs {
 
     /// Compares line `line` with the next one wherever either is loaded and neither is at the ceiling; `usual` is what
     /// is on each position of all lines anyway (nothing, or the cross-talk of an array with floating lines).
+    #[inline(always)]
     pub fn observe(
         &mut self,
         lines: &LineReadings<'_>,
@@ -78,46 +74,43 @@ impl AlikePairs {
             let both = own.iter().zip(next);
             self.both[line] = both.filter(|(a, b)| is_there(**a) && is_there(**b)).count();
         }
-        // The lines beyond; at an edge the only one, and the other of the pair.
-        let beyond = match (line > 0, line + 2 < lines.count) {
-            (true, true) => Some((lines.of_line(line - 1), lines.of_line(line + 2))),
-            (true, false) => Some((lines.of_line(line - 1), next)),
-            (false, true) => Some((own, lines.of_line(line + 2))),
-            (false, false) => None,
-        };
+        // The lines beyond; at an edge the only one, and the other of the pair. Of two lines alone nothing is beyond, and
+        // everything counts: as if what is beyond differed by more than any load.
+        let last = lines.count - 1;
+        let before = lines.of_line(line.saturating_sub(1));
+        let after = lines.of_line((line + 2).min(last));
+        let is_alone = line == 0 && line + 1 == last;
         let along = usual.along(line);
-        // Nearly all pairs carry nothing.
-        let least = thresholds.loaded + along;
-        let higher = own.iter().chain(next);
-        if !higher.fold(false, |any, &reading| any | (reading > least)) {
-            return;
-        }
-        for (position, (&a, &b)) in own.iter().zip(next).enumerate() {
-            let higher = a.max(b);
-            let least = thresholds.loaded + along.max(usual.across(position));
-            let is_loaded = higher > least && higher < thresholds.ceiling;
-            if !is_loaded || !is_there(a) || !is_there(b) {
-                continue;
-            }
+        // Of one length, so that no place is looked up twice, and without branches, so that several are looked at at once.
+        let length = self.length;
+        let (own, next) = (&own[..length], &next[..length]);
+        let (before, after) = (&before[..length], &after[..length]);
+        let across = &usual.positions[..length];
+        let covered = &mut self.covered[line * length..][..length];
+        let (mut loaded, mut alike) = (0, 0);
+        for position in 0..length {
+            let (a, b) = (own[position], next[position]);
+            let higher = greater(a, b);
+            let least = thresholds.loaded + greater(along, across[position]);
+            let is_loaded = (higher > least) & (higher < thresholds.ceiling);
             let tolerance = 4.0 * thresholds.noise
                 + options.short_tolerance_share * (higher - thresholds.baseline);
             // A load centred between the two lines makes them alike, and the lines beyond them as well, and so does one that
             // is even: it says nothing.
-            if let Some((before, after)) = beyond
-                && (before[position] - after[position]).abs() <= 4.0 * tolerance
-            {
-                continue;
-            }
-            self.loaded[line] += 1;
-            let is_alike = (a - b).abs() <= tolerance;
-            self.alike[line] += u64::from(is_alike);
-            self.covered[line * self.length + position] |= is_alike;
+            let says_nothing = (before[position] - after[position]).abs() <= 4.0 * tolerance;
+            let counts = is_loaded & is_there(a) & is_there(b) & (is_alone | !says_nothing);
+            let is_alike = u64::from(counts & ((a - b).abs() <= tolerance));
+            loaded += u64::from(counts);
+            alike += is_alike;
+            covered[position] |= is_alike;
         }
+        self.loaded[line] += loaded;
+        self.alike[line] += alike;
     }
 
     fn covered_share(&self, pair: usize) -> f64 {
         let covered = &self.covered[pair * self.length..(pair + 1) * self.length];
-        covered.iter().filter(|&&covered| covered).count() as f64 / self.both[pair].max(1) as f64
+        covered.iter().sum::<u64>() as f64 / self.both[pair].max(1) as f64
     }
 
     /// The pairs that are alike nearly everywhere although the typical pair of this recording is not: a load that

@@ -60,6 +60,7 @@ pub(super) struct Looked<'a> {
 
 impl Looked<'_> {
     /// Adds the frame's verdict on a line to its tally.
+    #[inline(always)]
     pub(super) fn tally(
         &self,
         line: usize,
@@ -67,7 +68,7 @@ impl Looked<'_> {
         tally: &mut LineTally,
         scratch: &mut Vec<f64>,
     ) {
-        tally.taxels = self.lines.taxels(line);
+        tally.taxels = verdict.taxels;
         let few = (1.0 - self.options.line_share) / 2.0 * tally.taxels as f64;
         tally.answered += u64::from(verdict.responding as f64 > few);
         if !verdict.testable {

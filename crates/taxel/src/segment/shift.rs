@@ -48,11 +48,10 @@ struct Grid {
 
 impl Grid {
     fn of(sensor: &Sensor) -> Self {
-        let closed = sensor.handle().filter(|handle| handle.closes());
+        let closed = sensor.closed_rings();
         Self {
             lines: [sensor.rows(), sensor.columns()],
-            wraps: [Rings::Columns, Rings::Rows]
-                .map(|rings| closed.is_some_and(|handle| handle.rings == rings)),
+            wraps: [Rings::Columns, Rings::Rows].map(|rings| closed == Some(rings)),
         }
     }
 

@@ -210,8 +210,7 @@ fn near(positions: &[[f64; 2]], sensor: &Sensor) -> Vec<Vec<usize>> {
 fn by_lines(taxel: usize, sensor: &Sensor) -> Vec<usize> {
     let (rows, columns) = (sensor.rows(), sensor.columns());
     let (row, column) = (taxel / columns, taxel % columns);
-    let closed = sensor.handle().filter(|handle| handle.closes());
-    let closed = closed.map(|handle| handle.rings);
+    let closed = sensor.closed_rings();
     let step = |at: usize, by: usize, lines: usize, wraps: bool| -> Option<usize> {
         match (at + by).checked_sub(1) {
             Some(to) if to < lines => Some(to),
