@@ -14,6 +14,8 @@ use crate::reporter::Reporter;
 
 /// Frames under way for each thread that looks at them.
 const AHEAD: usize = 4;
+/// With so many of these the thread that reads and adds up has no rest.
+const MOST_LOOKING: usize = 2;
 
 /// The look at single frames, by any thread.
 struct Looking;
@@ -58,8 +60,8 @@ impl Survey {
         }
     }
 
-    /// Reads a recording of counts through for line faults; with several threads all look, each at frames of its own, while
-    /// this one reads and adds up. A pipe and other quantities are not looked at.
+    /// Reads a recording of counts through for line faults; with several threads others look, each at frames of its own,
+    /// while this one reads and adds up. A pipe and other quantities are not looked at.
     ///
     /// # Errors
     /// A frame that cannot be read; [`Error::Stopped`] where the reporter's stage says so.
@@ -84,7 +86,7 @@ impl Survey {
         let (rows, columns) = source.shape();
         let stage = reporter.stage("looking for line faults");
         let mut frames = 0;
-        let threads = threads.unwrap_or_else(cores);
+        let threads = threads.unwrap_or_else(cores).min(MOST_LOOKING);
         let held = if threads == 1 { 1 } else { AHEAD * threads };
         let looked = Looked {
             frame: Frame::zeros(rows, columns),
