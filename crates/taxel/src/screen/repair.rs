@@ -37,9 +37,10 @@ impl Surroundings {
 }
 
 /// Replaces each reading that is open, stuck, a spike, flickering or shorted by the median of the valid readings
-/// around it (the 8 neighbours; where none is valid, the ring beyond, and so on; across the seam of a handle whose `rings`
-/// close) and marks it [`Mark::Interpolated`]. Valid are good and saturated readings and those below the floor; repaired ones never serve to repair others, so
-/// the order does not matter. Returns how many were replaced; with nothing valid in the whole frame, none.
+/// around it (the 8 neighbours; where none is valid, the ring beyond, and so on; across the seam of a handle whose rings
+/// close) and marks it [`Mark::Interpolated`]. Valid are good and saturated readings and those below the floor; repaired
+/// ones never serve to repair others, so the order does not matter. Returns how many were replaced; with nothing valid in
+/// the whole frame, none.
 pub fn repair<Q>(frame: &mut Frame<Q>, around: &mut Surroundings) -> usize {
     replace(frame, around, is_lost, Some(Mark::Interpolated))
 }
@@ -79,8 +80,8 @@ fn replace<Q>(
     let (rows, columns) = (frame.rows(), frame.columns());
     let sums = ValidSums::of(frame, scratch);
     let place = |row: usize, column: usize| Place {
-        row: OnRing::at(row, rows, rings == Some(Rings::Columns)),
-        column: OnRing::at(column, columns, rings == Some(Rings::Rows)),
+        row: OnAxis::at(row, rows, rings == Some(Rings::Columns)),
+        column: OnAxis::at(column, columns, rings == Some(Rings::Rows)),
     };
     // Without a single valid reading every search would look everywhere for nothing.
     if sums.within(scratch, &place(0, 0), rows.max(columns)) == 0.0 {
@@ -167,14 +168,14 @@ impl ValidSums {
 
 /// A taxel along one axis.
 #[derive(Debug, Clone, Copy)]
-struct OnRing {
+struct OnAxis {
     at: usize,
     lines: usize,
     /// Whether the last line is beside the first.
     closes: bool,
 }
 
-impl OnRing {
+impl OnAxis {
     fn at(at: usize, lines: usize, closes: bool) -> Self {
         Self { at, lines, closes }
     }
@@ -217,8 +218,8 @@ impl OnRing {
 /// A taxel and what its lines are beside.
 #[derive(Debug, Clone, Copy)]
 struct Place {
-    row: OnRing,
-    column: OnRing,
+    row: OnAxis,
+    column: OnAxis,
 }
 
 /// The median of the valid readings exactly `radius` away. `scratch` keeps what is in it: readings come behind.
