@@ -88,13 +88,13 @@ impl Survey {
         let mut frames = 0;
         let threads = threads.unwrap_or_else(cores).min(MOST_LOOKING);
         let held = if threads == 1 { 1 } else { AHEAD * threads };
+        let mut screen = LineScreen::from_sensor(sensor);
         let looked = Looked {
             frame: Frame::zeros(rows, columns),
             level: None,
-            evidence: LineEvidence::from_sensor(sensor),
+            evidence: screen.evidence(),
         };
         let mut levels = LevelScreen::from_sensor(sensor);
-        let mut screen = LineScreen::from_sensor(sensor);
         in_order(
             &Looking,
             &mut vec![(); threads],

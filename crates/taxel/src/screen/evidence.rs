@@ -6,7 +6,7 @@ use super::level::reads_nothing;
 use super::line_state::{FrameLines, LineVerdict, Thresholds, classify, is_there};
 use super::{Axis, Level, ScreenOptions, check_shape};
 use crate::stats::median_high;
-use crate::{Counts, Error, Frame, Sensor};
+use crate::{Counts, Error, Frame};
 
 /// What a frame tells of lines.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -22,13 +22,11 @@ pub(super) enum Tells {
     Lines,
 }
 
-/// What one frame by itself tells of its lines, and room for that of the next. Any thread can find it;
-/// [`super::LineScreen::add`] takes it in, in the order of the frames.
+/// What one frame by itself tells of its lines, and room for that of the next: from [`super::LineScreen::evidence`]. Any
+/// thread can find it; [`super::LineScreen::add`] takes it in, in the order of the frames.
 #[derive(Debug, Clone, Default)]
 pub struct LineEvidence {
     options: ScreenOptions,
-    rows: usize,
-    columns: usize,
     max_count: f64,
     scratch: Vec<f64>,
     pub(super) level: Option<Level>,
@@ -44,23 +42,15 @@ pub struct LineEvidence {
 }
 
 impl LineEvidence {
-    /// For the frames of a sensor, as its `screen` says.
-    pub fn from_sensor(sensor: &Sensor) -> Self {
-        let options = ScreenOptions::from_sensor(sensor);
-        Self::new(
-            sensor.rows(),
-            sensor.columns(),
-            sensor.max_count(),
-            &options,
-        )
-    }
-
     /// For frames of this shape and a converter whose largest count is `max_count`.
-    pub fn new(rows: usize, columns: usize, max_count: f64, options: &ScreenOptions) -> Self {
+    pub(super) fn new(
+        rows: usize,
+        columns: usize,
+        max_count: f64,
+        options: &ScreenOptions,
+    ) -> Self {
         Self {
             options: options.clone(),
-            rows,
-            columns,
             max_count,
             scratch: Vec::with_capacity(rows.max(columns)),
             lines: FrameLines::new(rows, columns),
@@ -75,7 +65,8 @@ impl LineEvidence {
     /// # Errors
     /// [`Error::Shape`] for a frame of another shape.
     pub fn find(&mut self, frame: &Frame<Counts>, level: Option<Level>) -> Result<(), Error> {
-        check_shape("frame to screen", self.rows, self.columns, frame)?;
+        let (rows, columns) = self.lines.shape();
+        check_shape("frame to screen", rows, columns, frame)?;
         self.level = level;
         self.tells = if self.options.exported {
             Tells::NotAsked
@@ -110,7 +101,7 @@ impl LineEvidence {
                 }
             },
         );
-        let (of_rows, of_columns) = self.verdicts.split_at(self.rows);
+        let (of_rows, of_columns) = self.verdicts.split_at(self.lines.shape().0);
         let blank = |all: &[LineVerdict]| {
             let out = all.iter().filter(|v| v.out).count();
             out > 0 && 2 * out >= all.iter().filter(|v| v.judged).count()

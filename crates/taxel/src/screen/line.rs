@@ -112,6 +112,11 @@ impl LineScreen {
         found
     }
 
+    /// Room for what a frame by itself tells, for any thread to find.
+    pub fn evidence(&self) -> LineEvidence {
+        self.evidence.clone()
+    }
+
     /// [`Self::observe`] of a frame whose evidence was found elsewhere, in the order of the frames; with the level that a
     /// [`LevelScreen`] has found in the frames up to it. What is left of the evidence is room for that of another frame.
     pub fn add(&mut self, evidence: &mut LineEvidence) {

@@ -59,6 +59,11 @@ impl FrameLines {
         }
     }
 
+    /// Rows and columns.
+    pub fn shape(&self) -> (usize, usize) {
+        (self.rows, self.columns)
+    }
+
     /// Row by row.
     pub fn by_row(&self) -> &[f64] {
         &self.by_row

@@ -8,7 +8,7 @@ mod grip;
 
 use super::beside::Beside;
 use super::detached::Detached;
-use super::known::{Known, is_left_out, read_around};
+use super::known::{Known, is_left_out, scatter_around};
 use super::load::{factor_95_of, noise_counts_of, refuse_exported};
 use super::sheet_doubt::SheetDoubt;
 use super::{Adjoint, Bias, least_error_siemens, set_passive};
@@ -249,7 +249,9 @@ impl FigureErrors {
                 let noise = newtons_from_grams(self.law.error_grams(taxel, value, error));
                 (noise / error, noise, newtons_from_grams(own_g))
             } else if mark == Mark::Interpolated {
-                (0.0, 0.0, scatter_around(loads, taxel))
+                // As wrong may be what it was given.
+                let off = scatter_around(loads, loads.marks(), taxel);
+                (0.0, 0.0, off.unwrap_or(0.0))
             } else {
                 (0.0, 0.0, 0.0)
             };
@@ -440,13 +442,3 @@ impl FigureErrors {
 
 /// Relative residual at which a solve with the adjoint ends: errors need two digits.
 const TOLERANCE: f64 = 1e-3;
-
-/// What the loads around a repaired taxel differ from what it was given by, newtons: as wrong may that be.
-fn scatter_around(loads: &Frame<Newtons>, taxel: usize) -> f64 {
-    let own = loads.values()[taxel];
-    let each = read_around(loads, loads.marks(), taxel).map(|load| (load - own).powi(2));
-    let (sum, count) = each.fold((0.0, 0.0f64), |(sum, count), square| {
-        (sum + square, count + 1.0)
-    });
-    f64::sqrt(sum / count.max(1.0))
-}

@@ -35,6 +35,16 @@ pub(super) fn read_around<'a, Q>(
         .map(|at| frame.values()[at])
 }
 
+/// Root mean square of what was read around a taxel less its own value; `None` where nothing was.
+pub(super) fn scatter_around<Q>(frame: &Frame<Q>, marks: &[Mark], taxel: usize) -> Option<f64> {
+    let own = frame.values()[taxel];
+    let each = read_around(frame, marks, taxel).map(|value| (value - own).powi(2));
+    let (sum, count) = each.fold((0.0, 0.0f64), |(sum, count), square| {
+        (sum + square, count + 1.0)
+    });
+    (count > 0.0).then(|| (sum / count).sqrt())
+}
+
 impl Known<'_> {
     fn moving(&mut self, direction: &[f64], out: &mut [f64], adjoint: bool) {
         for ((moved, value), known) in self.moved.iter_mut().zip(direction).zip(self.is_known) {

@@ -2,7 +2,7 @@
 
 use super::conductance::{DEPTH, RESTARTS};
 use super::detached::Detached;
-use super::known::{Known, read_around};
+use super::known::{Known, scatter_around};
 use crate::circuit::OperatingPoint;
 use crate::solve::gmres::Gmres;
 use crate::{Frame, Mark, Siemens};
@@ -109,16 +109,7 @@ fn is_lost(mark: Mark) -> bool {
     mark.is_stray() || mark == Mark::Interpolated
 }
 
-/// Root mean square of what the conductances around a taxel differ from its own by.
+/// What the conductances around a taxel differ from its own by; its own where none was read.
 fn off(siemens: &Frame<Siemens>, marks: &[Mark], taxel: usize) -> f64 {
-    let own = siemens.values()[taxel];
-    let each = read_around(siemens, marks, taxel).map(|value| (value - own).powi(2));
-    let (sum, count) = each.fold((0.0, 0.0), |(sum, count), square| {
-        (sum + square, count + 1.0)
-    });
-    if count > 0.0 {
-        (sum / count).sqrt()
-    } else {
-        own.abs()
-    }
+    scatter_around(siemens, marks, taxel).unwrap_or(siemens.values()[taxel].abs())
 }
