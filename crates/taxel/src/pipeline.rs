@@ -343,8 +343,6 @@ impl Pipeline {
         if !self.outcome.stop.is_good() {
             // An answer that is none is no start for the next frame.
             solver.forget();
-        }
-        if matches!(self.outcome.stop, Stop::Infeasible(_)) {
             self.siemens.values.fill(0.0);
         }
         mark_unresolved(&self.outcome, &mut self.siemens.marks);
@@ -364,11 +362,9 @@ impl Pipeline {
         self.outcome = estimator.estimate_into(&self.volts, &mut self.loads);
         if !self.outcome.stop.is_good() {
             estimator.forget();
-        }
-        mark_unresolved(&self.outcome, &mut self.loads.marks);
-        if matches!(self.outcome.stop, Stop::Infeasible(_)) {
             self.loads.values.fill(0.0);
         }
+        mark_unresolved(&self.outcome, &mut self.loads.marks);
         clear_where(&mut self.loads.values, &self.loads.marks, has_no_reading);
         self.repair.run(&mut self.loads, &mut self.around);
     }
@@ -379,7 +375,7 @@ impl Pipeline {
             ..
         } = &mut self.stage
         {
-            let unexplained = matches!(self.outcome.stop, Stop::Infeasible(_));
+            let unexplained = !self.outcome.stop.is_good();
             self.loads.copy_meta_from(&self.siemens);
             material.find_loads(
                 &self.siemens,

@@ -114,6 +114,30 @@ impl RetestStudy {
         Retest::of(&persons.values().cloned().collect::<Vec<_>>())
     }
 
+    /// Why nothing can be told of so many persons.
+    fn too_little(&self, persons: usize) -> Error {
+        let sessions = self.sessions;
+        if persons >= 3 {
+            return Error::Request {
+                what: format!(
+                    "the {persons} persons with {sessions} sessions of a hand are equally strong: what repeats cannot be told from what differs"
+                ),
+                hint: "were folders of one person copied?",
+            };
+        }
+        let mut what = format!(
+            "{persons} persons have {sessions} sessions of a hand; 3 are needed, and some dozens to tell much"
+        );
+        for doubt in &self.doubts {
+            what += "; ";
+            what += doubt.trim_end_matches('.');
+        }
+        Error::Request {
+            what,
+            hint: "give the folders of more persons, or fewer --sessions",
+        }
+    }
+
     /// All of it, to read.
     ///
     /// # Errors
@@ -126,13 +150,7 @@ impl RetestStudy {
             .collect();
         if hands.is_empty() {
             let most = self.values.values().map(BTreeMap::len).max().unwrap_or(0);
-            return Err(Error::Request {
-                what: format!(
-                    "{most} persons have {} sessions of a hand; 3 are needed, and some dozens to tell much",
-                    self.sessions
-                ),
-                hint: "give the folders of more persons, or fewer --sessions",
-            });
+            return Err(self.too_little(most));
         }
         let mut section = Section {
             title: format!("Test against retest: {}", self.force),
@@ -299,6 +317,11 @@ fn differing(sessions: &[&Session]) -> Vec<String> {
             Counts::Best => "best",
         };
         format!("{}, {counts} of {trials} trials, {hold} s", protocol.name)
+    });
+    differ("how many trials a hand were made", &|session| {
+        let hands = &session.results.hands;
+        let made = hands.iter().map(|hand| hand.trials.len()).min();
+        made.unwrap_or(0).to_string()
     });
     if !sessions.is_empty() && sessions.iter().all(|session| session.results.is_simulated) {
         doubts.push("Simulated data: no person gripped.".to_owned());

@@ -1,5 +1,6 @@
 //! What a guided calibration ends with: the calibrated sensor, its certificate, and tables that `taxel calibrate` finds the same from.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
@@ -113,14 +114,14 @@ fn origin(
     let counting = || record.presses.iter().filter(|press| press.counts());
     let others = counting().filter(|press| press.is_among_others).count();
     let even = counting().filter(|press| press.taxel.is_none()).count();
-    let left_out = record.presses.len() - counting().count();
     let loads: Vec<String> = record.loads_g.iter().map(f64::to_string).collect();
     origin.presses = format!("with {} g", loads.join(", "));
-    for (count, what) in [
-        (others, "among other things"),
-        (even, "even loads"),
-        (left_out, "taken back"),
-    ] {
+    let mut left_out = BTreeMap::new();
+    for press in record.presses.iter().filter(|press| !press.counts()) {
+        *left_out.entry(press.left_out.as_str()).or_insert(0) += 1;
+    }
+    let others = [(others, "among other things"), (even, "even loads")].into_iter();
+    for (count, what) in others.chain(left_out.into_iter().map(|(why, count)| (count, why))) {
         if count > 0 {
             origin.presses += &format!("; {count} {what}");
         }

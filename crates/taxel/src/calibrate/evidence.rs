@@ -236,10 +236,13 @@ const MIN_GRAMS: f64 = 1.0;
 
 /// Noise of a reading, counts: as the sensor file says, else the least that the frames tell.
 fn noise_counts(sensor: &Sensor, level: Option<Level>, uniform: &[(Frame<Counts>, f64)]) -> f64 {
-    let noise = level.map_or(0.0, |level| level.noise_counts);
+    let noise = level.map_or(0.0, |level| noise::without_rounding(level.noise_counts));
     let alike = noise::by_alike_frames(uniform, sensor.max_count());
     let found = alike.map_or(noise, |alike| alike.min(noise));
-    sensor.converter().noise_counts.unwrap_or(found).max(0.3)
+    sensor
+        .converter()
+        .noise_counts
+        .unwrap_or(found.max(noise::LEAST))
 }
 
 /// What the labels look like as a whole: units, repetitions.

@@ -156,6 +156,8 @@ pub struct Calibration {
     pub residuals: Vec<PressResidual>,
 }
 
+/// Noise is taken to be less than thought where it is by this factor.
+const QUIETER: f64 = 0.9;
 /// Effects beside circuit and law are looked for on no more taxels where no exact inverse helps: it would take minutes.
 const MAX_SEARCHED_TAXELS: usize = 400;
 /// Nor are uniform loads asked there, and of more taxels still where noise explains what they could be asked for.
@@ -194,7 +196,11 @@ pub fn calibrate_with(
     if !exact && !evidence.levels.is_empty() {
         evidence = answered::answered(&evidence, sensor, data, executor).unwrap_or(evidence);
     }
-    let plain = presses::calibrate(sensor, &evidence, options, executor, progress);
+    let mut plain = presses::calibrate(sensor, &evidence, options, executor, progress);
+    if let Some(noise) = quieter(sensor, &evidence, &plain.0) {
+        evidence.noise_counts = noise;
+        plain = presses::calibrate(sensor, &evidence, options, executor, progress);
+    }
     let of_lines = plain
         .0
         .as_ref()
@@ -239,6 +245,19 @@ pub fn calibrate_with(
         ));
     }
     write::calibration(outcome, sensor, &evidence, options)
+}
+
+/// Noise of a reading by what a fit leaves of frames of presses, counts, where it is so much less than what differs from one to
+/// the next that the fit would be another. Where lines are left open, that has the ghosts of other loads in it.
+fn quieter(
+    sensor: &Sensor,
+    evidence: &evidence::Evidence,
+    plain: &Result<outcome::Outcome, Error>,
+) -> Option<f64> {
+    let is_asked = sensor.readout().has_open_columns() && sensor.converter().noise_counts.is_none();
+    let plain = plain.as_ref().ok().filter(|_| is_asked)?;
+    let noise = noise::by_unloaded(evidence, plain)?;
+    (noise < QUIETER * evidence.noise_counts).then_some(noise)
 }
 
 /// Why uniform loads are not asked, if they are not. `explained`: noise is all that the presses leave without them.

@@ -1,7 +1,13 @@
 //! Noise of a reading, from frames that are alike: the same even load, frame after frame. What frames of presses tell of it has
 //! the ghosts of other loads in it where lines are left open.
 
+use super::evidence::Evidence;
+use super::inverter::{Inverter, Job};
+use super::outcome::Outcome;
 use crate::circuit::ROUNDING_COUNTS;
+use crate::screen::Level;
+use crate::stats::median_in_place;
+use crate::uncertainty::StandardErrors;
 use crate::{Counts, Frame, Mark};
 
 /// Differences needed.
@@ -10,6 +16,16 @@ const MIN_DIFFERENCES: usize = 200;
 const KEPT: f64 = 0.98;
 /// Standard deviation of a normal number over that of its part within that share.
 const OF_WHOLE: f64 = 1.070;
+/// Frames of presses that are looked at.
+const MAX_FRAMES: usize = 32;
+/// Standard deviations from nothing up to which a taxel may carry nothing; told by those that do.
+const NEAR: f64 = 4.0;
+/// Times that those farther off are left out.
+const ROUNDS: usize = 3;
+/// The least noise that a converter has, counts.
+pub(super) const LEAST: f64 = 0.3;
+/// Median of |z| of a normal number.
+const MEDIAN_ABSOLUTE: f64 = 0.6745;
 
 /// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams) in the order in which they
 /// were taken; `None` where too few follow one of the same load with the same lines out.
@@ -47,6 +63,51 @@ pub(super) fn by_alike_frames(uniform: &[(Frame<Counts>, f64)], max_count: f64) 
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
     let variance = 0.5 * mean * OF_WHOLE * OF_WHOLE - ROUNDING_COUNTS * ROUNDING_COUNTS;
     Some(variance.max(0.0).sqrt())
+}
+
+/// The same by frames of presses: how far taxels that carry nothing conduct something else than such ones do, by a fit of circuit
+/// and law, beside how far noise moves them there. `None` where too few frames have a solution.
+pub(super) fn by_unloaded(evidence: &Evidence, fit: &Outcome) -> Option<f64> {
+    let sensor = &fit.model.sensor;
+    let thought = evidence.noise_counts.hypot(ROUNDING_COUNTS);
+    let level = Level {
+        baseline_counts: 0.0,
+        noise_counts: thought,
+    };
+    let mut errors = StandardErrors::new(sensor, Some(level)).ok()?;
+    let stride = evidence.frames.len().div_ceil(MAX_FRAMES);
+    let all = 0..evidence.frames.len();
+    let mut jobs: Vec<Job> = all.step_by(stride).map(|i| (i, None)).collect();
+    let far = Inverter::new(evidence, sensor)?.invert_each(&mut jobs, |i, siemens| {
+        let marks = evidence.frames[i].marks();
+        let mut own = marks.to_vec();
+        let errors = errors.of_siemens(siemens, true, &mut own);
+        let taxels = siemens.values().iter().zip(errors.values()).zip(marks);
+        let good = taxels
+            .enumerate()
+            .filter(|(_, (_, mark))| **mark == Mark::Good);
+        let far = good.map(|(at, ((siemens, error), _))| {
+            (siemens - fit.law.siemens_from_grams(at, 0.0)).abs() / error
+        });
+        far.filter(|far| far.is_finite()).collect::<Vec<f64>>()
+    });
+    let mut far: Vec<f64> = far.into_iter().flatten().flatten().collect();
+    for _ in 0..ROUNDS {
+        let reach = NEAR / MEDIAN_ABSOLUTE * median_in_place(&mut far)?;
+        far.retain(|far| *far <= reach);
+    }
+    if far.len() < MIN_DIFFERENCES {
+        return None;
+    }
+    let times = median_in_place(&mut far)? / MEDIAN_ABSOLUTE;
+    Some(without_rounding(times * thought).max(LEAST))
+}
+
+/// The part of a standard deviation of readings that is not rounding, counts.
+pub(super) fn without_rounding(deviation: f64) -> f64 {
+    (deviation * deviation - ROUNDING_COUNTS * ROUNDING_COUNTS)
+        .max(0.0)
+        .sqrt()
 }
 
 /// Taxels whose lines are out.

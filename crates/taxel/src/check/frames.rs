@@ -2,6 +2,7 @@
 
 use super::CheckData;
 use super::scale::Reading;
+use super::verdict::OF_MEDIAN;
 use crate::calibrate::PressLabel;
 use crate::frame::grams_from_newtons;
 use crate::metric::CONTACT_NEWTONS;
@@ -10,7 +11,7 @@ use crate::screen::{LineFaults, LineScreen};
 use crate::sensor::UncertaintySpec;
 use crate::solve::default_method;
 use crate::stats::median;
-use crate::uncertainty::StandardErrors;
+use crate::uncertainty::{FigureErrors, NoiseBias, StandardErrors};
 use crate::{Counts, Error, Frame, Grams, Mark, Sensor, Siemens};
 
 /// A press stands alone where nothing is two to three taxels away: less than this share of its load on any taxel,
@@ -31,6 +32,18 @@ struct Solved {
     /// What noise has a part in, grams.
     noise_g: Vec<f64>,
     marks: Vec<Mark>,
+    sum: NoiseOfSum,
+}
+
+/// What noise does to the sum of a frame's loads, grams.
+#[derive(Debug, Clone, Copy, Default)]
+struct NoiseOfSum {
+    /// What it has added in the mean, where lines are left open.
+    added_g: f64,
+    /// Standard error of one frame's sum,
+    error_g: f64,
+    /// and of what is taken off, which frames share.
+    common_g: f64,
 }
 
 impl Solved {
@@ -86,20 +99,36 @@ pub(super) struct Unloaded {
 struct Reader {
     pipeline: Pipeline,
     errors: StandardErrors,
+    bias: Option<NoiseBias>,
+    sums: FigureErrors,
+}
+
+/// What is asked of a frame beside its conductances.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Asked {
+    Nothing,
+    /// What noise has a part in of every taxel: many times the work.
+    NoiseOfTaxels,
+    NoiseOfSum,
 }
 
 impl Reader {
     fn new(sensor: &Sensor, faults: &LineFaults) -> Result<Self, Error> {
-        let mut pipeline = Pipeline::new(sensor, default_method(sensor)?)?;
-        pipeline.set_lines(faults);
+        let pipeline = || -> Result<Pipeline, Error> {
+            let mut pipeline = Pipeline::new(sensor, default_method(sensor)?)?;
+            pipeline.set_lines(faults);
+            Ok(pipeline)
+        };
         Ok(Self {
-            pipeline,
+            pipeline: pipeline()?,
             errors: StandardErrors::new(sensor, faults.level)?,
+            bias: NoiseBias::new(sensor, pipeline()?, faults.level),
+            sums: FigureErrors::new(sensor, faults.level)?,
         })
     }
 
-    /// A frame's conductances; `noise`: with what noise has a part in, many times the work. None without an answer.
-    fn solve(&mut self, frame: &Frame<Counts>, noise: bool) -> Result<Option<Solved>, Error> {
+    /// A frame's conductances, and what is asked beside. None without an answer.
+    fn solve(&mut self, frame: &Frame<Counts>, asked: Asked) -> Result<Option<Solved>, Error> {
         self.pipeline.begin_anew();
         let result = self.pipeline.process(frame);
         let (Some(siemens), true) = (result.siemens, result.outcome.is_answer()) else {
@@ -107,7 +136,7 @@ impl Reader {
         };
         let loads = result.newtons()?;
         let mut noise_g = vec![f64::NAN; loads.values().len()];
-        if noise {
+        if asked == Asked::NoiseOfTaxels {
             let mut marks = loads.marks().to_vec();
             self.errors
                 .of_loads(siemens, loads.values(), true, &mut marks)?;
@@ -116,10 +145,25 @@ impl Reader {
                 *to = grams_from_newtons(newtons);
             }
         }
+        let mut sum = NoiseOfSum::default();
+        if asked == Asked::NoiseOfSum {
+            let bias = self.bias.as_mut();
+            let bias = bias.and_then(|bias| bias.of(result.volts, loads));
+            self.sums.set_bias(bias);
+            if let Some(bias) = bias {
+                let added = bias.draws.iter().flatten().sum::<f64>();
+                sum.added_g = grams_from_newtons(added) / bias.draws.len() as f64;
+            }
+            if let Some([error, common]) = self.sums.noise_of_total(siemens, loads) {
+                (sum.error_g, sum.common_g) =
+                    (grams_from_newtons(error), grams_from_newtons(common));
+            }
+        }
         Ok(Some(Solved {
             siemens: siemens.clone(),
             noise_g,
             marks: loads.marks().to_vec(),
+            sum,
         }))
     }
 }
@@ -130,7 +174,7 @@ impl<'a> Measurement<'a> {
         let mut left_out = data.left_out.clone();
         let mut frames = Vec::with_capacity(data.frames.len());
         for (i, frame) in data.frames.iter().enumerate() {
-            let solved = reader.solve(frame, true)?;
+            let solved = reader.solve(frame, Asked::NoiseOfTaxels)?;
             if solved.is_none() {
                 left_out.push(format!("frame {i} of the presses has no answer"));
             }
@@ -142,7 +186,7 @@ impl<'a> Measurement<'a> {
                 &mut reader,
                 recording,
                 "a total",
-                0,
+                |_| Asked::NoiseOfSum,
                 &mut left_out,
             )?);
         }
@@ -150,7 +194,10 @@ impl<'a> Measurement<'a> {
             &mut reader,
             &data.empty,
             "the empty array",
-            NOISY_FRAMES,
+            |frame| match frame < NOISY_FRAMES {
+                true => Asked::NoiseOfTaxels,
+                false => Asked::Nothing,
+            },
             &mut left_out,
         )?;
         let mut found = Self {
@@ -241,11 +288,13 @@ impl<'a> Measurement<'a> {
         let zero_g = median(empty).unwrap_or(0.0);
         for (frames, (_, load_g)) in self.totals.iter().zip(&self.data.totals) {
             let mut sums = Vec::new();
-            let mut sigma_g = 0.0;
+            let mut sigma_g = 0.0f64;
             for solved in frames {
                 loads_into(&mut laws, solved, &mut loads)?;
-                sums.push(loads.values().iter().sum::<f64>() - zero_g);
-                sigma_g = self.model_of_total_g(loads.values());
+                let sum = loads.values().iter().sum::<f64>();
+                sums.push(sum - solved.sum.added_g - zero_g);
+                let noise_g = noise_of_median_g(solved.sum, frames.len());
+                sigma_g = self.model_of_total_g(loads.values()).hypot(noise_g);
             }
             if let Some(reads_g) = median(sums) {
                 readings.totals.push(Reading {
@@ -373,6 +422,12 @@ fn lost_beside_loads(solved: &Solved, loads: &Frame<Grams>) -> usize {
     lost.filter(|(taxel, _)| is_beside(taxel)).count()
 }
 
+/// Standard error by noise of the median of sums of so many frames that are alike, grams.
+fn noise_of_median_g(sum: NoiseOfSum, frames: usize) -> f64 {
+    let of_one = if frames > 2 { OF_MEDIAN } else { 1.0 };
+    (of_one * sum.error_g / (frames as f64).sqrt()).hypot(sum.common_g)
+}
+
 fn is_measured(mark: Mark) -> bool {
     matches!(mark, Mark::Good | Mark::Interpolated)
 }
@@ -400,12 +455,12 @@ fn solve_all(
     reader: &mut Reader,
     frames: &[Frame<Counts>],
     what: &str,
-    noisy: usize,
+    asked: impl Fn(usize) -> Asked,
     left_out: &mut Vec<String>,
 ) -> Result<Vec<Solved>, Error> {
     let mut all = Vec::new();
     for (i, frame) in frames.iter().enumerate() {
-        match reader.solve(frame, i < noisy)? {
+        match reader.solve(frame, asked(i))? {
             Some(solved) => all.push(solved),
             None => left_out.push(format!("frame {i} of {what} has no answer")),
         }

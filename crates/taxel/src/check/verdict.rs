@@ -28,7 +28,7 @@ const NAMED_SHARE: f64 = 0.1;
 /// Rounds from the scale of loads to that of conductances: one under a power law that all taxels share.
 const ROUNDS: usize = 12;
 /// The median's standard error over the mean's.
-const OF_MEDIAN: f64 = 1.2533;
+pub(super) const OF_MEDIAN: f64 = 1.2533;
 
 /// What the readings tell.
 struct Told<'a> {

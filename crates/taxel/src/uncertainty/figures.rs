@@ -208,15 +208,19 @@ impl FigureErrors {
         }
     }
 
-    /// Standard error by noise of the sum of all loads of one frame with an answer, newtons; none of what no circuit has.
+    /// Standard error by noise of the sum of all loads of one frame with an answer, newtons, and what it is uncertain by in
+    /// every such frame alike since noise has added to it ([`Self::set_bias`]); none of what no circuit has.
     pub(crate) fn noise_of_total(
         &mut self,
         siemens: &Frame<Siemens>,
         loads: &Frame<Newtons>,
-    ) -> Option<f64> {
+    ) -> Option<[f64; 2]> {
         set_passive(&mut *self.point, siemens.values()).ok()?;
         self.look_at(siemens, loads);
-        Some(self.total(loads).noise)
+        let noise = self.total(loads).noise;
+        let sum = self.weights.iter().zip(loads.values());
+        let [_, common] = self.doubts_of_bias(sum.map(|(weight, load)| weight * load).sum());
+        Some([noise, common])
     }
 
     /// Of the sum of some taxels' loads of the frame that [`Self::of`] looked at last, newtons.
@@ -306,10 +310,8 @@ impl FigureErrors {
         } else {
             (added / sum).abs().min(1.0)
         };
-        [
-            (one - other).abs() / 2.0,
-            added.abs() * bias.share.hypot(higher),
-        ]
+        let common = added.abs() * bias.share.hypot(higher);
+        [(one - other).abs() / 2.0, common.hypot(of(&bias.resting))]
     }
 
     /// Of a place that the loads tell by the weights as they stand: no common scale moves it, one that leans over the

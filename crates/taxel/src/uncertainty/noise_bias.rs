@@ -24,6 +24,8 @@ pub struct NoiseBias {
     sigma_volts: f64,
     volts: Frame<Volts>,
     bias: Bias,
+    /// Square of what noise moves each load by, newtons², by the draws of a frame.
+    noise: Vec<f64>,
 }
 
 /// What noise has added to each load of a frame, newtons, by two draws; their mean is the estimate, and of a sum alone it is
@@ -33,10 +35,18 @@ pub struct NoiseBias {
 pub struct Bias {
     /// By each draw, of every taxel.
     pub draws: [Vec<f64>; DRAWS],
+    /// What the bends at loads that may be none would add, newtons, and nothing at all others: in no draw, but readings of one
+    /// voltage are all rounded to the same side, and the loads may be off by as much.
+    pub resting: Vec<f64>,
     /// Standard error of all of it, as a share: what the noise's variance is uncertain by.
     pub share: f64,
 }
 
+/// Standard deviations of a load from nothing, below which it may be none: a law bends to either side there, and what noise
+/// adds to taxels without load is nothing in the mean.
+const RESTING: f64 = 2.0;
+/// So many times what differences tell the bend at nothing may add: no power of a load has a second derivative there.
+const SHARPER: f64 = 1.5;
 /// Of a noise that the sensor file tells.
 const TOLD_SHARE: f64 = 0.1;
 /// Of one that was found in the recording: where loads move from frame to frame it is found too large.
@@ -55,8 +65,10 @@ impl NoiseBias {
             sigma_volts: noise_counts_of(sensor, level)
                 * Converter::from_sensor(sensor).lsb_volts(),
             volts: Frame::zeros(rows, columns),
+            noise: vec![0.0; rows * columns],
             bias: Bias {
                 draws: [vec![0.0; rows * columns], vec![0.0; rows * columns]],
+                resting: vec![0.0; rows * columns],
                 share: match sensor.converter().noise_counts {
                     Some(_) => TOLD_SHARE,
                     None => FOUND_SHARE,
@@ -75,6 +87,7 @@ impl NoiseBias {
     /// # Panics
     /// When a frame's shape is not the sensor's.
     pub fn of(&mut self, volts: &Frame<Volts>, loads: &Frame<Newtons>) -> Option<&Bias> {
+        self.noise.fill(0.0);
         for draw in 0..DRAWS {
             self.bias.draws[draw].fill(0.0);
             for sign in [1.0, -1.0] {
@@ -86,13 +99,30 @@ impl NoiseBias {
                 }
                 let result = self.pipeline.process_volts(&self.volts);
                 let found = result.loads.filter(|_| result.outcome.is_answer())?;
-                let sums = self.bias.draws[draw].iter_mut().zip(found.values());
-                for ((sum, moved), load) in sums.zip(loads.values()) {
+                let sums = self.bias.draws[draw].iter_mut().zip(&mut self.noise);
+                let moves = found.values().iter().zip(loads.values());
+                for ((sum, square), (moved, load)) in sums.zip(moves) {
                     *sum += (moved - load) / (2.0 * STEP * STEP);
+                    *square += ((moved - load) / STEP).powi(2) / (2 * DRAWS) as f64;
                 }
             }
         }
+        self.take_off_resting(loads);
         Some(&self.bias)
+    }
+
+    /// Moves what the draws say of loads that may be none from them to what is uncertain.
+    fn take_off_resting(&mut self, loads: &Frame<Newtons>) {
+        let Bias { draws, resting, .. } = &mut self.bias;
+        let each = loads.values().iter().zip(&self.noise).enumerate();
+        for (taxel, (load, square)) in each {
+            resting[taxel] = 0.0;
+            if load.powi(2) < RESTING.powi(2) * square {
+                for draw in &mut *draws {
+                    resting[taxel] += SHARPER / DRAWS as f64 * std::mem::take(&mut draw[taxel]);
+                }
+            }
+        }
     }
 }
 

@@ -210,7 +210,7 @@ pub(super) fn noise_of_totals(
         let noise = frames.iter().map(|frame| {
             let loads = loads_of(&member.law, &frame.siemens);
             let noise = errors.noise_of_total(&frame.siemens, &loads);
-            noise.map_or(0.0, |newtons| newtons / one_gram)
+            noise.map_or(0.0, |[newtons, _]| newtons / one_gram)
         });
         Some(noise.collect::<Vec<f64>>())
     });
