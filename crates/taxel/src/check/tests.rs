@@ -122,9 +122,9 @@ fn totals_tell_a_scale_and_an_empty_array_an_offset() {
     // One frame of a floating mat of 10 bits.
     let found = report.conductance_scale.unwrap();
     assert!((found - 1.08).abs() < 0.0265, "{report}");
-    // Half of the variance of 1 % is that of all taxels together, which no number of them averages away.
+    // Noise, and what is taken off for it; beside that half of the variance of 1 %, which all taxels share.
     let error = report.scale_standard_error.unwrap();
-    assert!((0.007..0.011).contains(&error), "{error}");
+    assert!((0.021..0.0355).contains(&error), "{error}");
     data.totals.clear();
     let report = check(&base, &data).unwrap();
     assert_eq!(
