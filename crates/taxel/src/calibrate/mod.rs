@@ -196,11 +196,7 @@ pub fn calibrate_with(
     if !exact && !evidence.levels.is_empty() {
         evidence = answered::answered(&evidence, sensor, data, executor).unwrap_or(evidence);
     }
-    let mut plain = presses::calibrate(sensor, &evidence, options, executor, progress);
-    if let Some(noise) = quieter(sensor, &evidence, &plain.0) {
-        evidence.noise_counts = noise;
-        plain = presses::calibrate(sensor, &evidence, options, executor, progress);
-    }
+    let plain = by_presses(sensor, &mut evidence, options, executor, progress);
     let of_lines = plain
         .0
         .as_ref()
@@ -245,6 +241,22 @@ pub fn calibrate_with(
         ));
     }
     write::calibration(outcome, sensor, &evidence, options)
+}
+
+/// What presses alone tell, with the noise that they leave; and whether they stand alone.
+fn by_presses(
+    sensor: &Sensor,
+    evidence: &mut evidence::Evidence,
+    options: &CalibrationOptions,
+    executor: &dyn Executor,
+    progress: &mut dyn FnMut(&str, f64),
+) -> (Result<outcome::Outcome, Error>, bool) {
+    let plain = presses::calibrate(sensor, evidence, options, executor, progress);
+    let Some(noise) = quieter(sensor, evidence, &plain.0) else {
+        return plain;
+    };
+    evidence.noise_counts = noise;
+    presses::calibrate(sensor, evidence, options, executor, progress)
 }
 
 /// Noise of a reading by what a fit leaves of frames of presses, counts, where it is so much less than what differs from one to
