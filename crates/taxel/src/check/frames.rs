@@ -194,9 +194,12 @@ impl<'a> Measurement<'a> {
             &mut reader,
             &data.empty,
             "the empty array",
-            |frame| match frame < NOISY_FRAMES {
-                true => Asked::NoiseOfTaxels,
-                false => Asked::Nothing,
+            |frame| {
+                if frame < NOISY_FRAMES {
+                    Asked::NoiseOfTaxels
+                } else {
+                    Asked::Nothing
+                }
             },
             &mut left_out,
         )?;
