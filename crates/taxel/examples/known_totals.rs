@@ -16,7 +16,7 @@ use taxel::pipeline::{Pipeline, Repair};
 use taxel::sensor::{Population, SensorSpec, preset};
 use taxel::simulate::{Imperfections, Pattern, PatternKind, ReadingFaults, VirtualSensor};
 use taxel::solve::default_method;
-use taxel::uncertainty::{FigureErrors, NoiseBias};
+use taxel::uncertainty::{Bias, FigureErrors, NoiseBias};
 use taxel::{Frame, Grams, Sensor};
 
 /// Peaks of the blobs, grams a taxel, and frames of each.
@@ -218,9 +218,7 @@ fn new_totals(sensor: &Sensor, real: &VirtualSensor) -> Vec<(f64, f64, bool)> {
             bias.of(result.volts, newtons)
         });
         errors.set_bias(added);
-        let taken = added.map_or(0.0, |bias| {
-            bias.draws.iter().flatten().sum::<f64>() / bias.draws.len() as f64
-        });
+        let taken = added.map_or(0.0, Bias::of_sum);
         let force = newtons.values().iter().sum::<f64>() - taken;
         let siemens = result.siemens.expect("solved");
         let error = errors.of(siemens, newtons, true).total_force_newtons;

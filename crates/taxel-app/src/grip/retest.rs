@@ -33,6 +33,8 @@ pub struct RetestStudy {
     pub values: BTreeMap<Hand, BTreeMap<String, Vec<f64>>>,
     /// What cannot be compared, or only with doubt, in words.
     pub doubts: Vec<String>,
+    /// How many of them, the first, say what was left out.
+    left_out: usize,
     /// Whether a session was left out because it could not be read, or has no results.
     pub is_incomplete: bool,
 }
@@ -89,8 +91,9 @@ impl RetestStudy {
         }
         let compared = all.values().flat_map(BTreeMap::values).flatten();
         let compared: Vec<&Session> = compared.map(|(session, _)| *session).collect();
-        doubts.extend(differing(&compared));
         doubts.extend(few);
+        let left_out = doubts.len();
+        doubts.extend(differing(&compared));
         let newtons = |of: &Vec<(&Session, f64)>| of.iter().map(|one| one.1).collect();
         let of_hand = |persons: &ByPerson| {
             let each = persons.iter();
@@ -104,6 +107,7 @@ impl RetestStudy {
             sessions,
             values,
             doubts,
+            left_out,
             is_incomplete,
         })
     }
@@ -128,7 +132,7 @@ impl RetestStudy {
         let mut what = format!(
             "{persons} persons have {sessions} sessions of a hand; 3 are needed, and some dozens to tell much"
         );
-        for doubt in &self.doubts {
+        for doubt in &self.doubts[..self.left_out] {
             what += "; ";
             what += doubt.trim_end_matches('.');
         }

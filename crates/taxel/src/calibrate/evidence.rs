@@ -239,10 +239,8 @@ fn noise_counts(sensor: &Sensor, level: Option<Level>, uniform: &[(Frame<Counts>
     let noise = level.map_or(0.0, |level| noise::without_rounding(level.noise_counts));
     let alike = noise::by_alike_frames(uniform, sensor.max_count());
     let found = alike.map_or(noise, |alike| alike.min(noise));
-    sensor
-        .converter()
-        .noise_counts
-        .unwrap_or(found.max(noise::LEAST))
+    let told = sensor.converter().noise_counts;
+    told.unwrap_or(found).max(noise::LEAST)
 }
 
 /// What the labels look like as a whole: units, repetitions.

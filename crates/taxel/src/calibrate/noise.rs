@@ -1,12 +1,12 @@
-//! Noise of a reading, from frames that are alike: the same even load, frame after frame. What frames of presses tell of it has
-//! the ghosts of other loads in it where lines are left open.
+//! Noise of a reading: from frames that are alike, the same even load frame after frame, or from frames of presses by what a fit
+//! leaves of taxels without load. By themselves frames of presses tell the ghosts of other loads with it where lines are left open.
 
 use super::evidence::Evidence;
 use super::inverter::{Inverter, Job};
+use super::least_squares::robust_deviation;
 use super::outcome::Outcome;
 use crate::circuit::ROUNDING_COUNTS;
 use crate::screen::Level;
-use crate::stats::median_in_place;
 use crate::uncertainty::StandardErrors;
 use crate::{Counts, Frame, Mark};
 
@@ -24,8 +24,6 @@ const NEAR: f64 = 4.0;
 const ROUNDS: usize = 3;
 /// The least noise that a converter has, counts.
 pub(super) const LEAST: f64 = 0.3;
-/// Median of |z| of a normal number.
-const MEDIAN_ABSOLUTE: f64 = 0.6745;
 
 /// Standard deviation of a reading without its rounding, counts, by frames of even loads (grams) in the order in which they
 /// were taken; `None` where too few follow one of the same load with the same lines out.
@@ -61,8 +59,7 @@ pub(super) fn by_alike_frames(uniform: &[(Frame<Counts>, f64)], max_count: f64) 
     squares.sort_unstable_by(f64::total_cmp);
     squares.truncate((KEPT * squares.len() as f64) as usize);
     let mean = squares.iter().sum::<f64>() / squares.len() as f64;
-    let variance = 0.5 * mean * OF_WHOLE * OF_WHOLE - ROUNDING_COUNTS * ROUNDING_COUNTS;
-    Some(variance.max(0.0).sqrt())
+    Some(without_rounding((0.5 * mean).sqrt() * OF_WHOLE))
 }
 
 /// The same by frames of presses: how far taxels that carry nothing conduct something else than such ones do, by a fit of circuit
@@ -93,14 +90,13 @@ pub(super) fn by_unloaded(evidence: &Evidence, fit: &Outcome) -> Option<f64> {
     });
     let mut far: Vec<f64> = far.into_iter().flatten().flatten().collect();
     for _ in 0..ROUNDS {
-        let reach = NEAR / MEDIAN_ABSOLUTE * median_in_place(&mut far)?;
+        let reach = NEAR * robust_deviation(&far);
         far.retain(|far| *far <= reach);
     }
     if far.len() < MIN_DIFFERENCES {
         return None;
     }
-    let times = median_in_place(&mut far)? / MEDIAN_ABSOLUTE;
-    Some(without_rounding(times * thought).max(LEAST))
+    Some(without_rounding(robust_deviation(&far) * thought).max(LEAST))
 }
 
 /// The part of a standard deviation of readings that is not rounding, counts.

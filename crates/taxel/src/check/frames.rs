@@ -150,10 +150,7 @@ impl Reader {
             let bias = self.bias.as_mut();
             let bias = bias.and_then(|bias| bias.of(result.volts, loads));
             self.sums.set_bias(bias);
-            if let Some(bias) = bias {
-                let added = bias.draws.iter().flatten().sum::<f64>();
-                sum.added_g = grams_from_newtons(added) / bias.draws.len() as f64;
-            }
+            sum.added_g = bias.map_or(0.0, |bias| grams_from_newtons(bias.of_sum()));
             if let Some([error, common]) = self.sums.noise_of_total(siemens, loads) {
                 (sum.error_g, sum.common_g) =
                     (grams_from_newtons(error), grams_from_newtons(common));

@@ -42,6 +42,13 @@ pub struct Bias {
     pub share: f64,
 }
 
+impl Bias {
+    /// What noise has added to the sum of all loads, newtons.
+    pub fn of_sum(&self) -> f64 {
+        self.draws.iter().flatten().sum::<f64>() / DRAWS as f64
+    }
+}
+
 /// Standard deviations of a load from nothing, below which it may be none: a law bends to either side there, and what noise
 /// adds to taxels without load is nothing in the mean.
 const RESTING: f64 = 2.0;

@@ -9,7 +9,7 @@ use taxel::pipeline::{Pipeline, Repair};
 use taxel::sensor::{Population, SensorSpec, preset};
 use taxel::simulate::{Pattern, PatternKind, VirtualSensor};
 use taxel::solve::default_method;
-use taxel::uncertainty::NoiseBias;
+use taxel::uncertainty::{Bias, NoiseBias};
 use taxel::{Counts, Error, Frame, Grams, Sensor};
 
 const PEAKS_G: [f64; 5] = [50.0, 100.0, 200.0, 300.0, 400.0];
@@ -98,7 +98,7 @@ fn reads_g(sensor: &Sensor, counts: &Frame<Counts>) -> f64 {
     let added = bias
         .as_mut()
         .and_then(|bias| bias.of(result.volts, newtons));
-    let added = added.map_or(0.0, |bias| bias.draws.iter().flatten().sum::<f64>() / 2.0);
+    let added = added.map_or(0.0, Bias::of_sum);
     grams_from_newtons(newtons.values().iter().sum::<f64>() - added)
 }
 
