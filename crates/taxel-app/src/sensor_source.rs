@@ -29,10 +29,61 @@ pub fn of(address: &Address, given: Option<&Path>) -> Result<(Sensor, PathBuf), 
     }
 }
 
+/// The virtual sensor that an address names. Its frames may be taken to be of another one, such as what was calibrated of it: of
+/// as many lines.
+///
+/// # Errors
+/// A sensor file that cannot be read; another shape than `taken_for` has.
+pub fn simulated(named: &str, taken_for: &Sensor) -> Result<Sensor, Error> {
+    let sensor = sensor_file::load(Path::new(named))?;
+    let shape = |of: &Sensor| [of.rows(), of.columns()];
+    let ([rows, columns], [other_rows, other_columns]) = (shape(&sensor), shape(taken_for));
+    if [rows, columns] != [other_rows, other_columns] {
+        return Err(Error::Request {
+            what: format!(
+                "sim:{named} is of {rows} × {columns} taxels, and the sensor `{}` that is given for its frames of {other_rows} × {other_columns}",
+                taken_for.name()
+            ),
+            hint: "the address names what is simulated, `sim:FILE?hand`; --sensor, what its readings are taken to be of",
+        });
+    }
+    Ok(sensor)
+}
+
 /// The sensor that a recording (.mcap, .parquet) carries, if it carries one.
 pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
     let text = sensor_toml_of(path)?;
     text.map(|text| checked(path, &text)).transpose()
+}
+
+/// What the sensor that a recording carries says otherwise of how it was read than the one that it is taken to be of: with other bits
+/// or volts the same counts are other loads. What a calibration fits is no disagreement. Empty where the recording carries none, or
+/// cannot be read: that is told by who reads it.
+pub fn disagreements(recording: &Path, sensor: &Sensor) -> Vec<String> {
+    if !carries_sensor(recording) {
+        return Vec::new();
+    }
+    let Ok(Some(own)) = carried(recording) else {
+        return Vec::new();
+    };
+    let keys = |of: &Sensor| {
+        let (converter, readout) = (&of.spec().converter, &of.spec().readout);
+        [
+            ("converter.bits", converter.bits.to_string()),
+            (
+                "converter.full_scale_volts",
+                converter.full_scale_volts.to_string(),
+            ),
+            ("converter.inverted", converter.inverted.to_string()),
+            ("readout.topology", readout.topology.name().to_owned()),
+            ("readout.v_test_volts", readout.v_test_volts.to_string()),
+        ]
+    };
+    let each = keys(&own).into_iter().zip(keys(sensor));
+    let differ = each.filter(|((_, own), (_, given))| own != given);
+    differ
+        .map(|((key, own), (_, given))| format!("{key} is {own} there and {given} here"))
+        .collect()
 }
 
 /// The sensor of a file of another program, by a reading of it through.

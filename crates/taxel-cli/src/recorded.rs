@@ -24,7 +24,11 @@ pub fn sensor(
     recording: Option<&Path>,
 ) -> Result<Option<(Sensor, PathBuf)>, Error> {
     if let Some(file) = given {
-        return Ok(Some((sensor_file::load(file)?, file.to_owned())));
+        let sensor = sensor_file::load(file)?;
+        if let Some(recording) = recording {
+            doubt_other_sensor(recording, &sensor, file);
+        }
+        return Ok(Some((sensor, file.to_owned())));
     }
     let Some(recording) = recording.filter(|file| carries_sensor(file)) else {
         return Ok(None);
@@ -40,6 +44,19 @@ pub fn exported_sensor(
     survey: &Survey,
 ) -> Result<(Sensor, PathBuf), Error> {
     Ok(told(sensor_source::exported(file, about, survey)?, file))
+}
+
+/// Warns of a recording that says itself that it was read otherwise than a sensor file has it.
+pub fn doubt_other_sensor(recording: &Path, sensor: &Sensor, file: &Path) {
+    let differ = sensor_source::disagreements(recording, sensor);
+    if !differ.is_empty() {
+        out::warn(&format!(
+            "{} carries another sensor than {}: {}; loads are wrong if it is right",
+            recording.display(),
+            file.display(),
+            differ.join(", ")
+        ));
+    }
 }
 
 /// Says that a recording's own sensor is taken.

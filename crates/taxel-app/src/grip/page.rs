@@ -59,9 +59,10 @@ fn of_height(
         title: format!("Strength: {}", results.force),
         ..Section::default()
     };
-    forces.paragraphs.extend(sides(results));
+    forces.paragraphs.extend(left_undone(record, results));
+    forces.paragraphs.extend(sides(record, results));
     forces.tables.push(summary(record, results));
-    forces.tables.push(trial_table(results));
+    forces.tables.push(trial_table(record, results));
     forces.figures = pictures::figures(hands, sensor, height)?;
     Ok(Report {
         title: format!("Grip strength of {}", record.person),
@@ -204,18 +205,36 @@ fn summary(record: &GripRecord, results: &GripResults) -> Table {
 }
 
 /// Left against right.
-fn sides(results: &GripResults) -> Option<String> {
+fn sides(record: &GripRecord, results: &GripResults) -> Option<String> {
     let of = |hand: Hand| results.hands.iter().find(|result| result.hand == hand);
     let (right, left): (&HandResult, &HandResult) = of(Hand::Right).zip(of(Hand::Left))?;
+    let (by, newtons): (_, fn(&HandResult) -> f64) = match record.protocol.result {
+        Counts::Mean => ("the mean of the trials", |hand| hand.mean.newtons),
+        Counts::Best => ("the best trials", |hand| hand.best.newtons),
+    };
     Some(format!(
-        "By the mean of the trials the left hand has {:.0} % of the right one's force.",
-        100.0 * left.mean.newtons / right.mean.newtons
+        "By {by} the left hand has {:.0} % of the right one's force.",
+        100.0 * newtons(left) / newtons(right)
     ))
 }
 
-fn trial_table(results: &GripResults) -> Table {
+/// What the protocol asked for and the session does not have.
+fn left_undone(record: &GripRecord, results: &GripResults) -> Option<String> {
+    let wanted = record.protocol.trials * record.protocol.hands.len();
+    let made: usize = results.hands.iter().map(|hand| hand.trials.len()).sum();
+    (made < wanted).then(|| {
+        format!(
+            "Finished before its end: {made} of the {wanted} trials that the protocol asks for."
+        )
+    })
+}
+
+fn trial_table(record: &GripRecord, results: &GripResults) -> Table {
     let mut table = Table::new(
-        "Every trial. CV and slope are of the plateau, rate is from 10 to 90 % of the largest force",
+        format!(
+            "Every trial. Plateau: the heaviest {} s, at most 5/8 of the hold; CV and slope are of it. Rate: from 10 to 90 % of the largest force",
+            record.protocol.plateau_secs
+        ),
         &[
             "hand",
             "trial",

@@ -219,7 +219,7 @@ mod tests {
     use std::time::UNIX_EPOCH;
 
     use super::*;
-    use crate::grip::protocol::Protocol;
+    use crate::grip::protocol::{Counts, Protocol};
 
     fn force(newtons: f64) -> Force {
         Force {
@@ -294,5 +294,30 @@ mod tests {
             assert!(html.contains("0.00 N off at first, 0.20 N") && !html.contains("-0.00"));
             assert_eq!(html.matches(">right<").count(), count + 1);
         }
+    }
+
+    /// Hands are compared by what counts, and trials that were not made are no secret.
+    #[test]
+    fn hands_are_compared_by_what_counts_and_an_early_end_is_said() {
+        let sensor = taxel::sensor::preset("econe").unwrap();
+        let page = |result: Counts| {
+            let protocol = Protocol {
+                result,
+                ..Protocol::default()
+            };
+            let record = GripRecord::new("P01", "econe", &protocol, UNIX_EPOCH);
+            let trials = |numbers: std::ops::RangeInclusive<usize>| {
+                numbers.map(|number| trial(number, &sensor, &[])).collect()
+            };
+            let hands = [(Hand::Right, trials(1..=1)), (Hand::Left, trials(1..=3))];
+            let results = results_of(&record, &sensor, &hands);
+            let report = page::report(&record, &results, &hands, &sensor).unwrap();
+            report.html()
+        };
+        // 86 N against 86, 87 and 88 N.
+        let (mean, best) = (page(Counts::Mean), page(Counts::Best));
+        assert!(mean.contains("By the mean of the trials the left hand has 101 %"));
+        assert!(best.contains("By the best trials the left hand has 102 %"));
+        assert!(best.contains("4 of the 6 trials that the protocol asks for"));
     }
 }

@@ -47,8 +47,6 @@ pub struct GuidedSettings {
     pub sensor: Sensor,
     /// and where that comes from.
     pub sensor_file: PathBuf,
-    /// What a simulated source scans: the true sensor.
-    pub scanned: Option<Sensor>,
     /// The loads that single taxels are pressed with, grams.
     pub loads_g: Vec<f64>,
     /// Loads that are laid on all taxels alike, grams a taxel; may be empty.
@@ -70,7 +68,6 @@ impl GuidedSettings {
             address,
             sensor,
             sensor_file: sensor_file.into(),
-            scanned: None,
             loads_g: Vec::new(),
             even_g: Vec::new(),
             output: PathBuf::from("calibrated.toml"),
@@ -104,7 +101,6 @@ impl GuidedCalibration {
         );
         // Nobody knows the switches yet.
         options.method = MethodName::Raw;
-        options.scanned.clone_from(&settings.scanned);
         options.server = server;
         options.guide = Some(desk.clone());
         let watching = desk.clone();

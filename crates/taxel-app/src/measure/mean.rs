@@ -78,8 +78,8 @@ impl Measured<'_> {
         let mut first = None;
         conversion.run(&mut reading, &*stage, |frame| {
             let secs = settings.secs_of(frame);
-            let first = *first.get_or_insert(secs);
-            let since = secs.zip(first).map(|(secs, first)| secs - first);
+            let origin = *first.get_or_insert(settings.origin(secs));
+            let since = secs.zip(origin).map(|(secs, origin)| secs - origin);
             take(frame, since);
             Ok(())
         })

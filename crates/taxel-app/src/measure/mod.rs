@@ -88,6 +88,15 @@ impl Settings {
         let counted = counted.map(|rate| frame.sequence() as f64 / rate);
         counted.or(frame.time_secs())
     }
+
+    /// What seconds count from: the first frame of the recording where frames are counted, even if it could not be read; else the
+    /// time of the first one that was.
+    fn origin(&self, first: Option<f64>) -> Option<f64> {
+        match self.frames_per_second {
+            Some(_) => Some(0.0),
+            None => first,
+        }
+    }
 }
 
 impl FromStr for TrialsBy {
@@ -226,7 +235,9 @@ impl Measured<'_> {
             events,
             tares,
         } = seen;
-        series.begin_at_first_frame(self.recording)?;
+        let first = series.secs.first().copied();
+        let origin = settings.origin(first).unwrap_or(0.0);
+        series.begin_at(origin, self.recording)?;
         self.check_frames_of_regions(&series)?;
         Ok(Measurement {
             zero_newtons: zeros.map(|zeros| zeros.iter().sum()),

@@ -220,10 +220,9 @@ impl Series {
         self.reference_newtons.push(newtons.unwrap_or(f64::NAN));
     }
 
-    /// Counts times from the first frame on.
-    pub(super) fn begin_at_first_frame(&mut self, recording: &Path) -> Result<(), Error> {
-        let first = self.secs.first().copied().unwrap_or(0.0);
-        self.secs.iter_mut().for_each(|secs| *secs -= first);
+    /// Counts times from `origin` on, seconds.
+    pub(super) fn begin_at(&mut self, origin: f64, recording: &Path) -> Result<(), Error> {
+        self.secs.iter_mut().for_each(|secs| *secs -= origin);
         let mut pairs = self.secs.windows(2).enumerate();
         if let Some((at, pair)) = pairs.find(|(_, pair)| pair[1] < pair[0]) {
             return Err(Error::Request {

@@ -85,6 +85,8 @@ pub struct PlateauFigures {
 
 /// A centre of pressure is taken over so long, seconds: noise from frame to frame is no path.
 const CENTRE_SECS: f64 = 0.1;
+/// Times that are told to a microsecond are the same where they differ by less.
+const LAST_DIGIT_SECS: f64 = 5e-7;
 /// Shares of measured taxels that differ by more from frame to frame show in what is told over time.
 const CHANGES: f64 = 0.005;
 
@@ -118,8 +120,10 @@ fn ranges(
 ) -> Result<Vec<(String, Range<usize>)>, Error> {
     let secs = &series.secs;
     let last = secs[secs.len() - 1];
+    // What is left of times that were subtracted is no reason to lose the frame that they name.
     let within = |[from, to]: [f64; 2]| {
-        secs.partition_point(|s| *s < from)..secs.partition_point(|s| *s <= to)
+        secs.partition_point(|s| *s < from - LAST_DIGIT_SECS)
+            ..secs.partition_point(|s| *s <= to + LAST_DIGIT_SECS)
     };
     Ok(match &settings.trials {
         TrialsBy::Whole => vec![("all".to_owned(), 0..secs.len())],

@@ -78,8 +78,6 @@ pub struct SessionOptions {
     pub sensor: Sensor,
     /// Named parts of it that viewers are told of, where that are others than the sensor's own.
     pub regions: Option<Vec<Region>>,
-    /// What a simulated source scans, where that is another sensor than the one that its frames are taken to be of.
-    pub scanned: Option<Sensor>,
     /// Where the sensor comes from, for messages.
     pub sensor_file: PathBuf,
     /// How loads are found.
@@ -112,7 +110,6 @@ impl SessionOptions {
             address,
             sensor,
             regions: None,
-            scanned: None,
             sensor_file: sensor_file.into(),
             method: MethodName::Auto,
             folder: PathBuf::from("recordings"),

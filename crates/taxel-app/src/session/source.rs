@@ -22,6 +22,7 @@ use super::recorder::Recorder;
 use super::status::{SessionStatus, shown};
 use super::{CountsObserver, SessionOptions, TimestampedFrame};
 use crate::error::Error;
+use crate::sensor_source;
 
 /// What can be done with the source while it runs.
 #[derive(Clone)]
@@ -56,14 +57,14 @@ pub(super) fn prepare(options: &SessionOptions) -> Result<Prepared, Error> {
     let mut curve = None;
     let (controls, run) = match &options.address {
         Address::Sim {
+            sensor,
             pattern,
             frames_per_second,
             seed,
-            ..
         } => {
             let pattern = Pattern::named(pattern).expect("the address was checked");
-            let scanned = options.scanned.as_ref().unwrap_or(&options.sensor);
-            let source = Simulated::new(scanned, pattern, *seed, *frames_per_second)?;
+            let scanned = sensor_source::simulated(sensor, &options.sensor)?;
+            let source = Simulated::new(&scanned, pattern, *seed, *frames_per_second)?;
             let parameters = source.parameters();
             person = source.person();
             presser = Some(source.presser());

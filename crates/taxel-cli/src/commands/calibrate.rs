@@ -319,20 +319,18 @@ pub(super) fn share(text: &str) -> Result<f64, String> {
 
 /// The sensor that is given, else the one that the recordings carry.
 fn sensor_of(args: &Args) -> Result<Sensor, Error> {
-    if args.sensor.is_some() {
-        return Ok(recorded::needed_sensor(args.sensor.as_deref(), None)?.0);
+    if let Some(file) = &args.sensor {
+        let (sensor, _) = recorded::needed_sensor(Some(file), None)?;
+        // What is read once is left to who reads it, and what is wrong with a table as well.
+        let tables = [&args.presses, &args.equilibration, &args.totals];
+        let can_be_read_twice = tables.into_iter().flatten().all(|table| table.is_file());
+        let recordings = can_be_read_twice.then(|| named_recordings(args));
+        for recording in recordings.and_then(Result::ok).unwrap_or_default() {
+            recorded::doubt_other_sensor(&recording, &sensor, file);
+        }
+        return Ok(sensor);
     }
-    let tables = args.presses.as_ref().or(args.equilibration.as_ref());
-    let recordings = match (&args.series, tables) {
-        (None, None) => match &args.totals {
-            Some(table) => recordings_named_in(table)?,
-            None => Vec::new(),
-        },
-        (Some(recording), _) => vec![recording.clone()],
-        // Standard input is read once.
-        (None, Some(table)) if table.as_os_str() != "-" => recordings_of(table)?,
-        _ => Vec::new(),
-    };
+    let recordings = named_recordings(args)?;
     let mut carrying = recordings.iter().filter(|file| carries_sensor(file));
     let Some(first) = carrying.next() else {
         return Ok(recorded::needed_sensor(None, recordings.first().map(PathBuf::as_path))?.0);
@@ -351,6 +349,21 @@ fn sensor_of(args: &Args) -> Result<Sensor, Error> {
         }
     }
     Ok(sensor)
+}
+
+/// The recordings that are calibrated by, as far as they are known before they are read.
+fn named_recordings(args: &Args) -> Result<Vec<PathBuf>, Error> {
+    let tables = args.presses.as_ref().or(args.equilibration.as_ref());
+    Ok(match (&args.series, tables) {
+        (None, None) => match &args.totals {
+            Some(table) => recordings_named_in(table)?,
+            None => Vec::new(),
+        },
+        (Some(recording), _) => vec![recording.clone()],
+        // Standard input is read once.
+        (None, Some(table)) if table.as_os_str() != "-" => recordings_of(table)?,
+        _ => Vec::new(),
+    })
 }
 
 /// Names labels that the others contradict, by their lines, and says what speaks against using the fit.

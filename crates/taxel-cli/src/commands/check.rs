@@ -29,7 +29,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     presses: Option<PathBuf>,
     /// A recording under one known load on the whole array, such as 812.5N or 640g
-    #[arg(long, num_args = 2, value_names = ["LOAD", "RECORDING"], action = clap::ArgAction::Append)]
+    #[arg(long, num_args = 2, value_names = ["LOAD", "RECORDING"], action = clap::ArgAction::Append, allow_hyphen_values = true)]
     total: Vec<String>,
     /// A recording with nothing on the array
     #[arg(long, value_name = "RECORDING")]
@@ -65,6 +65,9 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     }
     let (sensor, file) = recorded::needed_sensor(Some(&args.sensor), None)?;
     recorded::needs_readings(&sensor)?;
+    for (_, recording) in &files.totals {
+        recorded::doubt_other_sensor(recording, &sensor, &file);
+    }
     let (data, lines) = files.read(&sensor, &Terminal)?;
     let in_file = |source| taxel_app::Error::InFile {
         file: file.clone(),
@@ -79,8 +82,13 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
     name_contradictions(args, &report, &lines);
     match &args.output {
         Some(output) if report.verdict == Verdict::Recalibrate => out::warn(&format!(
-            "{} is not written: no scale makes this sensor what it was",
-            output.display()
+            "{} is not written: {}",
+            output.display(),
+            if report.scale.is_some() {
+                "no scale makes this sensor what it was"
+            } else {
+                "no load tells a scale"
+            }
         )),
         Some(output) => {
             let today = checked(&sensor, &report, &today()).map_err(in_file)?;

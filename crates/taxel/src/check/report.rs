@@ -7,6 +7,9 @@ use serde::Serialize;
 use crate::calibrate::with_error;
 use crate::sensor::Verdict;
 
+/// The finest error of an offset that is told in words, grams.
+const LEAST_OFFSET_G: f64 = 1e-3;
+
 /// How many known loads stated 95 % intervals hold.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
@@ -104,7 +107,9 @@ impl fmt::Display for CheckReport {
             writeln!(f, "conductance  {value} times that of the calibration")?;
         }
         if let Some(offset) = self.offset_g {
-            let (value, error) = with_error(offset, self.offset_standard_error_g);
+            // Frames that are all alike scatter by nothing; a thousandth of a gram is nobody's business.
+            let error = self.offset_standard_error_g.map(|e| e.max(LEAST_OFFSET_G));
+            let (value, error) = with_error(offset, error);
             let error = error.map_or(String::new(), |error| format!(" ± {error}"));
             writeln!(f, "offset       {value}{error} g on a taxel without load")?;
         }

@@ -135,6 +135,31 @@ fn totals_tell_a_scale_and_an_empty_array_an_offset() {
     assert!(report.offset_g.unwrap().abs() < 0.5, "{report}");
 }
 
+/// Without stated errors one total tells no error of its scale: a hundredth of the load is another array all the same.
+#[test]
+fn a_total_that_never_stood_on_the_array_is_not_good() {
+    let (base, truth) = pair("mat-32x32-adg732", 1.0, 1);
+    let silent = base.edited(|spec| spec.uncertainty = None).unwrap();
+    let (counts, loads) = &validation_frames(&truth, 1)[0];
+    let total: f64 = loads.values().iter().sum();
+    let says = |total_g: f64| {
+        let data = CheckData {
+            totals: vec![(vec![counts.clone()], total_g)],
+            ..CheckData::default()
+        };
+        check(&silent, &data).unwrap()
+    };
+    let there = says(total);
+    assert_eq!(there.verdict, Verdict::Good, "{there}");
+    assert_eq!(there.scale_standard_error, None);
+    let nowhere = says(100.0 * total);
+    assert_eq!(nowhere.verdict, Verdict::Recalibrate, "{nowhere}");
+    assert!(
+        nowhere.reasons[0].contains("stand on the array"),
+        "{nowhere}"
+    );
+}
+
 /// Part of a total stands where nothing is measured: what the rest carries tells no scale, and none is made up. Where nothing stands
 /// beside what is not measured, nothing is missing.
 #[test]

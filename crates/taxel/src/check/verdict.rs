@@ -197,11 +197,15 @@ impl Told<'_> {
     }
 
     fn is_changed(&self) -> bool {
-        let (Some(scale), Some(within)) = (&self.scale, self.tolerance()) else {
+        let Some(scale) = &self.scale else {
             return false;
         };
         let off = (scale.value - 1.0).abs();
-        off > within && (!self.is_few() || off > GROSS)
+        match self.tolerance() {
+            Some(within) => off > within && (!self.is_few() || off > GROSS),
+            // No error is needed to tell another sensor, or an array on which the load did not stand.
+            None => !RESCALABLE.contains(&scale.value),
+        }
     }
 
     /// What unloaded taxels read, and the half-width of what is stated of one of them, where it is farther from nothing than that.
@@ -234,7 +238,14 @@ impl Told<'_> {
         let holds = |intervals: Option<&Intervals>| intervals.is_none_or(|i| i.hold);
         let moved = self.is_changed() || !holds(before);
         if moved && !RESCALABLE.contains(&value) {
-            reasons.push(format!("a scale of {value:.2} is beyond 0.80 to 1.25"));
+            let hint = if value < 0.1 {
+                ": did the load stand on the array?"
+            } else {
+                ""
+            };
+            reasons.push(format!(
+                "a scale of {value:.2} is beyond 0.80 to 1.25{hint}"
+            ));
         }
         if moved && !holds(after) {
             reasons.push("intervals do not hold with the day's scale either".to_owned());

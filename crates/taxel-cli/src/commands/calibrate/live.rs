@@ -60,9 +60,8 @@ pub(super) fn run(args: &super::Args, address: &Address) -> Result<Exit, Error> 
     if live.terminal {
         refuse_stdin(address, "leave --terminal out: the page operates it")?;
     }
-    let (sensor, file, scanned) = parts(args, address)?;
+    let (sensor, file) = parts(args, address)?;
     let mut settings = GuidedSettings::new(address.clone(), sensor, file);
-    settings.scanned = scanned;
     settings.loads_g = loads(&live.weights, address)?;
     settings.even_g.clone_from(&live.even_weights);
     settings.output.clone_from(&args.output);
@@ -92,23 +91,15 @@ pub(super) fn run(args: &super::Args, address: &Address) -> Result<Exit, Error> 
     done
 }
 
-/// The sensor as its parts list has it, where that comes from, and what a simulated source scans.
-fn parts(
-    args: &super::Args,
-    address: &Address,
-) -> Result<(Sensor, PathBuf, Option<Sensor>), Error> {
-    let Address::Sim { .. } = address else {
-        let (sensor, file) = match &args.sensor {
-            Some(file) => (sensor_of(args)?, file.clone()),
-            None => sensor_source::of(address, None)?,
-        };
-        return Ok((sensor, file, None));
-    };
-    let (scanned, source) = sensor_source::of(address, None)?;
+/// The sensor as its parts list has it, and where that comes from.
+fn parts(args: &super::Args, address: &Address) -> Result<(Sensor, PathBuf), Error> {
     if let Some(file) = &args.sensor {
-        let (sensor, file) = sensor_source::of(address, Some(file))?;
-        return Ok((sensor, file, Some(scanned)));
+        return Ok((sensor_of(args)?, file.clone()));
     }
+    let (scanned, source) = sensor_source::of(address, None)?;
+    let Address::Sim { .. } = address else {
+        return Ok((scanned, source));
+    };
     // What a parts list would say of it.
     let parts = scanned.edited(|spec| {
         spec.material = None;
@@ -119,7 +110,7 @@ fn parts(
         file: source.clone(),
         source: error,
     })?;
-    Ok((parts, source, Some(scanned)))
+    Ok((parts, source))
 }
 
 fn loads(given: &[f64], address: &Address) -> Result<Vec<f64>, Error> {

@@ -17,6 +17,7 @@ use super::Args;
 use crate::enter::{Enter, NoEnter, refuse_recording, refuse_stdin};
 use crate::error::Error;
 use crate::{interrupt, out};
+use taxel_app::sensor_source;
 use taxel_app::session::{SavedRecording, Session, SessionOptions};
 
 /// How long a device may take for its first frame; one that was reset by opening its port starts anew.
@@ -201,10 +202,10 @@ fn simulate(
     file: &Path,
 ) -> Result<(), Error> {
     let Address::Sim {
+        sensor: named,
         pattern,
         frames_per_second,
         seed,
-        ..
     } = address
     else {
         return Ok(());
@@ -215,7 +216,8 @@ fn simulate(
     };
     // The hand does not repeat the noise of the empty mat.
     let seed = seed.wrapping_add(u64::from(phase == Phase::Empty));
-    let source = Simulated::new(sensor, pattern, seed, *frames_per_second)?;
+    let scanned = sensor_source::simulated(named, sensor)?;
+    let source = Simulated::new(&scanned, pattern, seed, *frames_per_second)?;
     let about = About {
         sensor: sensor.clone(),
         program: format!("taxel {}", env!("CARGO_PKG_VERSION")),
