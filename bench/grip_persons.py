@@ -2,6 +2,8 @@
 
     python3 bench/grip_persons.py target/release/taxel --source sim:truth.toml?grip --sensor calibrated.toml --folder grips
 
+The address names the sensor that is gripped, --sensor what is known of it.
+
 Every person is a seed, every session the real program, operated in its terminal mode. Prints bias, limits of agreement and the
 coverage of the 95 % intervals of the largest force, and what `taxel grip compare` makes of the sessions. Needs Python 3.10 and
 nothing else; about 30 s a session, two at a time.

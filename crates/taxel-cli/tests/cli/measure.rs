@@ -185,6 +185,29 @@ fn trials_are_found_by_force_or_said() {
     assert_eq!(value(&whole), value(&by_force));
 }
 
+/// Seconds of counted frames are those of the recording, whether or not its first frame can be read; and what times are off by in their
+/// last digit loses no frame.
+#[test]
+fn a_damaged_first_frame_moves_no_trial() {
+    let folder = Folder::new();
+    folder
+        .good("simulate --sensor sensor.toml --pattern uniform --frames 40 --seed 1 -o whole.txt");
+    let text = folder.read("whole.txt");
+    let (first, rest) = text.split_once(',').unwrap();
+    folder.write("damaged.txt", &format!("{first}x,{rest}"));
+    let from_to = |name: &str| {
+        let run = folder.taxel(&format!(
+            "measure {name} --sensor sensor.toml --frames-per-second 10 --keep-going --no-intervals --trials 1.6..1.9 --json"
+        ));
+        let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+        let trial = &told["trials"][0];
+        ["from_s", "to_s", "frames"].map(|key| trial[key].as_f64().unwrap())
+    };
+    let whole = from_to("whole.txt");
+    assert_eq!(whole, [1.6, 1.9, 4.0]);
+    assert_eq!(from_to("damaged.txt"), whole);
+}
+
 /// A sensor that has drifted reads what nobody presses; a second in which nothing does tells how much.
 #[test]
 fn a_zero_is_taken_off_and_one_under_load_is_doubted() {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use crate::live::{Running, wait};
-use crate::run::{Folder, Run};
+use crate::run::{Folder, Run, SENSOR};
 
 const SIM: &str = "sim:sensor.toml?uniform";
 
@@ -97,6 +97,50 @@ fn so_many_frames_and_no_more() {
 }
 
 /// As many loads and figures as frames, however fast they come.
+/// What a simulated source is does not change with what its frames are taken to be of: a truth that reads itself has no error.
+#[test]
+fn a_virtual_sensor_stays_what_its_address_names() {
+    let folder = Folder::new();
+    folder.write("other.toml", &SENSOR.replace("8.29e-6", "4.2e-6"));
+    let counts = |name: &str, words: &str| {
+        folder.good(&format!(
+            "record {SIM}&fps=max {words} -o {name}.mcap --frames 3"
+        ));
+        folder.good(&format!("convert {name}.mcap -o {name}.csv"));
+        folder.read(&format!("{name}.csv"))
+    };
+    let own = counts("own", "");
+    assert_eq!(counts("taken", "--sensor other.toml"), own);
+    folder.write("wide.toml", &SENSOR.replace("columns = 6", "columns = 7"));
+    let run = folder.fails(&format!("record {SIM} --sensor wide.toml -o none.mcap"));
+    for words in ["of 4 × 6 taxels", "of 4 × 7", "hint: "] {
+        assert!(run.err.contains(words), "{words}: {run}");
+    }
+}
+
+/// The same counts of 12 bits and of 16 are other loads.
+#[test]
+fn a_sensor_file_that_the_recording_contradicts_is_doubted() {
+    let folder = Folder::new();
+    folder.good(&format!("record {SIM}&fps=max -o own.mcap --frames 3"));
+    let compensated = |name: &str| {
+        let run = folder.taxel(&format!("compensate own.mcap --sensor {name} -o loads.csv"));
+        run.err
+    };
+    let doubt =
+        "own.mcap carries another sensor than other.toml: converter.bits is 16 there and 12 here";
+    assert!(!compensated("sensor.toml").contains("another sensor"));
+    folder.write("other.toml", &SENSOR.replace("bits = 16", "bits = 12"));
+    let said = compensated("other.toml");
+    assert!(said.contains(doubt), "{said}");
+    // What a calibration fits is no contradiction.
+    folder.write(
+        "fitted.toml",
+        &SENSOR.replace("8.29e-6", "4.2e-6").replace("10.0", "12.0"),
+    );
+    assert!(!compensated("fitted.toml").contains("another sensor"));
+}
+
 #[test]
 fn every_frame_has_its_loads() {
     let folder = Folder::new();

@@ -23,6 +23,8 @@ const MIN_UNLOADED: usize = 20;
 /// The most of the variance that the error of the scale makes: by itself it may be told badly where others of the fit make up
 /// for it.
 const MOST_BY_SCALE: f64 = 0.5;
+/// Labels are contradicted where they would be off by so many standard errors more than what is read of them.
+const CLEAR_CHANCE: f64 = 2.0;
 /// Smallest floor, grams.
 const MIN_FLOOR_G: f64 = 1e-4;
 
@@ -91,7 +93,7 @@ pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<Uncertain
             .max(MIN_FLOOR_G);
         factor = conformal(judged, share, floor, inflation).max(NORMAL);
     }
-    let own = (share * share - label_share * label_share).max(0.0);
+    let own = without_labels(share * share, label_share, chance_of(judged));
     let most = (MOST_BY_SCALE * own).sqrt();
     let shared = fit_share.min(most);
     let fit_share = if beside.presses_share_it {
@@ -111,6 +113,45 @@ pub(super) fn uncertainty(judged: &[Judged], beside: Beside) -> Option<Uncertain
         spread_error: None,
         sheet_share: None,
         material_factor: None,
+    })
+}
+
+/// A variance without that of labels. What chance may hide is not taken for nothing: `chance` is the standard error of the
+/// variance, as a share of it.
+pub(super) fn without_labels(variance: f64, label_share: f64, chance: f64) -> f64 {
+    let least = if label_share > 0.0 {
+        chance.min(1.0)
+    } else {
+        1.0
+    };
+    (variance - label_share * label_share).max(least * variance)
+}
+
+/// The standard error of the variance that heavy presses tell by a median deviation, as a share of it: that has 37 % of a standard
+/// deviation's efficiency.
+fn chance_of(judged: &[Judged]) -> f64 {
+    let heavy = (judged.len() / 2).max(1) as f64;
+    (2.0 / (0.37 * heavy)).sqrt()
+}
+
+/// Words on labels that are said to be farther off than presses are from them.
+pub(super) fn doubt_label_share(judged: &[Judged], label_share: f64) -> Option<String> {
+    if judged.len() < MIN_JUDGED || label_share == 0.0 {
+        return None;
+    }
+    let (share, _) = sizes(judged);
+    doubted_share(share * share, label_share, chance_of(judged))
+}
+
+/// The same of any variance and what chance it has.
+pub(super) fn doubted_share(variance: f64, label_share: f64, chance: f64) -> Option<String> {
+    let most = variance * CLEAR_CHANCE.mul_add(chance, 1.0);
+    (label_share * label_share > most).then(|| {
+        format!(
+            "labels are said to be {:.1} % off, and what is read of them is {:.1} % off: say a smaller --label-error, or errors are told too small",
+            100.0 * label_share,
+            100.0 * variance.sqrt()
+        )
     })
 }
 
@@ -303,6 +344,23 @@ mod tests {
         }
         let share = held as f64 / all as f64;
         assert!((0.94..0.97).contains(&share), "{share}");
+    }
+
+    /// Labels that are as far off as they are said to be leave what chance may hide; farther off than presses are, they are doubted.
+    #[test]
+    fn labels_explain_no_more_than_chance_lets_them() {
+        let mut random = ChaCha8Rng::seed_from_u64(4);
+        let mut judged = drawn(4, 200);
+        for press in &mut judged {
+            press.load_g += 300.0;
+            press.says_g = press.load_g * (1.0 + 0.02 * normal(&mut random));
+        }
+        let found = uncertainty(&judged, beside(0.0, 0.02)).unwrap();
+        assert!((0.007..0.012).contains(&found.model_share), "{found:?}");
+        assert_eq!(doubt_label_share(&judged, 0.0), None);
+        assert_eq!(doubt_label_share(&judged, 0.02), None);
+        let words = doubt_label_share(&judged, 0.04).unwrap();
+        assert!(words.contains("4.0 %") && words.contains("2."), "{words}");
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! From the fitted model to a sensor file and a report.
 
 use super::choose::Search;
-use super::discrepancy::Judged;
+use super::discrepancy::{Judged, doubt_label_share};
 use super::evidence::Evidence;
 use super::fit::{Fitted, mean};
 use super::model::{Model, Unknown, no_fit};
@@ -232,6 +232,8 @@ pub(super) fn calibration(
         spec.screen.ceiling_is_load |= reads_ceiling(&found, ABOVE_LABELS * heaviest_g(evidence));
     })?;
     let residuals = residuals(&outcome, evidence);
+    let doubted = doubt_label_share(&outcome.held_out.judged, options.label_share);
+    outcome.warnings.extend(doubted);
     let report = report(outcome, known, &found, evidence);
     let provenance = provenance(&report, options);
     Ok(Calibration {

@@ -112,6 +112,8 @@ pub fn calibrate_totals(
         let few = "too few loads or groups were held out for `[uncertainty]`: three or more tell what new totals are off by";
         report.warnings.push(few.to_owned());
     }
+    let doubted = write::doubt_label_share(&held_out.judged, options.label_share);
+    report.warnings.extend(doubted);
     let provenance = write::provenance(&report, options);
     let sensor = write::sensor(
         sensor,

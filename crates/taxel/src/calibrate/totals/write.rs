@@ -6,6 +6,7 @@ use super::held_out::Judged;
 use super::report::{LEAST_PARTS, TotalsReport};
 use super::unloaded::ToldBy;
 use crate::calibrate::CalibrationOptions;
+use crate::calibrate::discrepancy::{doubted_share, without_labels};
 use crate::screen::{Axis, LineFaults};
 use crate::sensor::{Provenance, UncertaintySpec};
 use crate::stats::mean;
@@ -38,6 +39,42 @@ pub(super) fn sensor(
     })
 }
 
+/// What totals are off by beyond noise, as a variance of shares of the load.
+struct Variance {
+    all: f64,
+    /// Parts that were held out as a whole: each tells as much as one total.
+    parts: usize,
+    /// Its standard error, a share of it.
+    chance: f64,
+}
+
+impl Variance {
+    /// Nothing of fewer than three parts held out.
+    fn of(judged: &[Judged]) -> Option<Self> {
+        let folds = judged.iter().map(|j| j.fold + 1).max().unwrap_or(0);
+        let of_fold = |fold: usize| {
+            let own = judged.iter().filter(|j| j.fold == fold);
+            mean(own.map(|j| j.off().powi(2) - (j.noise_g / j.load_g).powi(2)))
+        };
+        let squares: Vec<f64> = (0..folds).filter_map(of_fold).collect();
+        let parts = squares.len();
+        if parts < LEAST_PARTS {
+            return None;
+        }
+        Some(Self {
+            all: mean(squares)?.max(LEAST_SHARE * LEAST_SHARE),
+            parts,
+            chance: (2.0 / parts as f64).sqrt(),
+        })
+    }
+}
+
+/// Words on totals that are said to be farther off than what is read of them.
+pub(super) fn doubt_label_share(judged: &[Judged], label_share: f64) -> Option<String> {
+    let Variance { all, chance, .. } = Variance::of(judged)?;
+    doubted_share(all, label_share, chance)
+}
+
 /// What totals are off by beyond noise, as what all taxels of a frame share: a sum tells of nothing else. Nothing of fewer than
 /// three parts held out.
 pub(super) fn uncertainty(
@@ -45,18 +82,8 @@ pub(super) fn uncertainty(
     floor_g: f64,
     label_share: f64,
 ) -> Option<UncertaintySpec> {
-    let folds = judged.iter().map(|j| j.fold + 1).max().unwrap_or(0);
-    let of_fold = |fold: usize| {
-        let own = judged.iter().filter(|j| j.fold == fold);
-        mean(own.map(|j| j.off().powi(2) - (j.noise_g / j.load_g).powi(2)))
-    };
-    let squares: Vec<f64> = (0..folds).filter_map(of_fold).collect();
-    let parts = squares.len();
-    if parts < LEAST_PARTS {
-        return None;
-    }
-    let all = mean(squares)?.max(LEAST_SHARE * LEAST_SHARE);
-    let own = (all - label_share * label_share).max(LEAST_SHARE * LEAST_SHARE);
+    let Variance { all, parts, chance } = Variance::of(judged)?;
+    let own = without_labels(all, label_share, chance).max(LEAST_SHARE * LEAST_SHARE);
     let share = all.sqrt();
     let score = |j: &Judged| j.error_g() / j.noise_g.hypot(share * j.load_g);
     let mut scores: Vec<f64> = judged.iter().map(score).collect();

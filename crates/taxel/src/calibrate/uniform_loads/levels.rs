@@ -1,6 +1,7 @@
 //! What there is to fit to: readings under every load, and the lines that are out.
 
 use super::super::evidence::mean_frame;
+use super::super::noise::without_rounding;
 use super::super::silent::Silent;
 use super::no_law;
 use crate::circuit::Converter;
@@ -29,10 +30,14 @@ pub(super) struct Faults {
     pub(super) silent: Silent,
 }
 
-/// Standard deviation of a reading, counts.
+/// Standard deviation of a reading before it is rounded, counts.
 pub(super) fn noise_counts(sensor: &Sensor, faults: &LineFaults) -> f64 {
     let told = sensor.converter().noise_counts;
-    told.unwrap_or(faults.level.map_or(0.0, |level| level.noise_counts))
+    told.unwrap_or(
+        faults
+            .level
+            .map_or(0.0, |level| without_rounding(level.noise_counts)),
+    )
 }
 
 /// Frames of one load become one level, ascending: the mean of what is good.

@@ -6,6 +6,7 @@
 
 mod behind;
 mod held;
+mod shared_lines;
 mod state;
 
 use super::gmres::largest;
@@ -239,7 +240,7 @@ impl Newton {
 
     fn iterate(&self, state: &mut SolverState) -> Outcome {
         if let Some(path) = &state.path
-            && let Some(infeasible) = path.infeasible(&state.measured, &state.live, self.unique())
+            && let Some(infeasible) = path.infeasible(&state.measured, &state.live, self.circuit.ends().are_shares())
         {
             state.start_at_rest();
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
@@ -311,12 +312,14 @@ impl Newton {
         failed
     }
 
-    /// Whether a frame has one answer at most: unselected rows open, and no source resistor between the
-    /// driven column and what the unselected ones hang on ([theory.md]).
+    /// Whether a frame has one answer at most ([theory.md]): unselected rows open, and no source resistor between the
+    /// driven column and what the unselected ones hang on; or all unselected lines open, where no sheet ties neighbours
+    /// together.
     ///
     /// [theory.md]: https://github.com/taxel/taxel/blob/main/docs/theory.md
     fn unique(&self) -> bool {
-        self.circuit.ends().are_shares()
+        let ends = self.circuit.ends();
+        ends.are_shares() || (ends.is_floating() && self.circuit.sheet().is_none())
     }
 
     /// Tries other multiples of the answer in `kept` that explain the sum of the readings. The likelier
@@ -406,8 +409,18 @@ impl Newton {
             let (point, slope) = (state.point.as_mut()?, &state.slope);
             // What is held moves nothing and asks for nothing, so that the step leaves it where it is.
             let held = &state.held;
+            let (near, found) = (&mut state.shared_lines, &mut state.near);
+            if let Some(near) = near {
+                near.set(&state.g, &state.found, held);
+            }
             let apply = |v: &[f64], out: &mut [f64]| {
-                point.jvp_into(v, out);
+                match near {
+                    Some(near) => {
+                        near.apply(v, found);
+                        point.jvp_into(found, out);
+                    }
+                    None => point.jvp_into(v, out),
+                }
                 for ((out, slope), held) in out.iter_mut().zip(slope).zip(held) {
                     *out = if *held { 0.0 } else { *out * slope };
                 }
@@ -416,6 +429,9 @@ impl Newton {
             state
                 .gmres
                 .solve(apply, misfit, step, tolerance, self.restarts);
+        }
+        if let Some(near) = &mut state.shared_lines {
+            near.apply_in_place(&mut state.step);
         }
         let mut length = 1.0;
         for _ in 0..30 {

@@ -4,6 +4,7 @@ use super::super::gmres::{Gmres, largest, norm};
 use super::super::lines::LiveLines;
 use super::super::path::OwnPath;
 use super::super::resistive::Resistive;
+use super::shared_lines::SharedLines;
 use crate::Mark;
 use crate::circuit::{LinearCircuit, LinearPoint, OperatingPoint};
 
@@ -39,6 +40,9 @@ pub(crate) struct SolverState {
     pub(super) trial: Vec<f64>,
     pub(super) step: Vec<f64>,
     pub(super) gmres: Gmres,
+    /// What makes it short, where lines are left open, and what that makes of a direction.
+    pub(super) shared_lines: Option<SharedLines>,
+    pub(super) near: Vec<f64>,
     /// Taxels that are no unknowns: absent, or taken to be unloaded.
     pub(super) held: Vec<bool>,
     /// What those conduct, siemens.
@@ -68,6 +72,8 @@ impl SolverState {
             trial: Vec::new(),
             step: Vec::new(),
             gmres: Gmres::new(0, 0),
+            shared_lines: None,
+            near: Vec::new(),
             held: Vec::new(),
             rest: Vec::new(),
             marks: Vec::new(),
@@ -101,6 +107,7 @@ impl SolverState {
             &mut self.trial,
             &mut self.step,
             &mut self.rest,
+            &mut self.near,
         ] {
             buffer.clear();
             buffer.resize(taxels, 0.0);
@@ -110,6 +117,9 @@ impl SolverState {
         self.marks.clear();
         self.marks.resize(taxels, Mark::Good);
         self.gmres = Gmres::new(taxels, DEPTH.min(taxels));
+        let (rows, columns) = (self.live.rows.len(), self.live.columns.len());
+        let is_open = circuit.ends().is_floating();
+        self.shared_lines = is_open.then(|| SharedLines::new(rows, columns));
         self.path = Some(OwnPath::new(circuit.ends()));
         self.point = Some(circuit.point());
         self.warm = false;
