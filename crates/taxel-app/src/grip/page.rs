@@ -232,7 +232,7 @@ fn left_undone(record: &GripRecord, results: &GripResults) -> Option<String> {
 fn trial_table(record: &GripRecord, results: &GripResults) -> Table {
     let mut table = Table::new(
         format!(
-            "Every trial. Plateau: the heaviest {} s, at most 5/8 of the hold; CV and slope are of it. Rate: from 10 to 90 % of the largest force",
+            "Every trial. Plateau, CV and slope: the heaviest {} s, at most 5/8 of a hold; rate: 10 to 90 % of the largest",
             record.protocol.plateau_secs
         ),
         &[

@@ -41,6 +41,9 @@ const RESTARTS: usize = 6;
 /// Factors of an answer nearer to 1 than this (in the logarithm) are the answer itself.
 const SAME_FACTOR: f64 = 0.02;
 
+/// A misfit of the frame before, as a share of the largest reading, from which its answer is begun with.
+const NEAR: f64 = 0.05;
+
 /// So many steps in a row shorter than this share of Newton's lead nowhere: the derivative is all but singular there.
 const SHORT: f64 = 1e-3;
 const SHORT_STEPS: u32 = 3;
@@ -240,7 +243,11 @@ impl Newton {
 
     fn iterate(&self, state: &mut SolverState) -> Outcome {
         if let Some(path) = &state.path
-            && let Some(infeasible) = path.infeasible(&state.measured, &state.live, self.circuit.ends().are_shares())
+            && let Some(infeasible) = path.infeasible(
+                &state.measured,
+                &state.live,
+                self.circuit.ends().are_shares(),
+            )
         {
             state.start_at_rest();
             return Outcome::new(Stop::Infeasible(infeasible), 0, f64::INFINITY);
@@ -257,7 +264,10 @@ impl Newton {
         if state.warm {
             state.hold_at_rest();
             state.trial.copy_from_slice(&state.g);
-            if let Some(size) = state.evaluate() {
+            let size = state.evaluate();
+            // Where there is one answer, the frame before may be farther from it than the readings are.
+            let is_near = |size: &f64| !self.unique() || state.relative(*size, scale) < NEAR;
+            if let Some(size) = size.filter(is_near) {
                 let outcome = self.descend(state, size, scale, self.iterations);
                 if outcome.stop.is_good() {
                     return outcome;
@@ -403,8 +413,10 @@ impl Newton {
 
     /// One damped step; the norm of the misfit after it, if it fell, and the share of Newton's step taken.
     fn step(&self, state: &mut SolverState, size: f64, scale: f64) -> Option<(f64, f64)> {
-        let relative = size / (scale * (state.g.len() as f64).sqrt());
-        let tolerance = (0.1 * relative).clamp(1e-10, 1e-2);
+        let relative = state.relative(size, scale);
+        // The step itself is no better than this share of the misfit; and more than the answer is to have is not asked of it.
+        let enough = 0.1 * self.tolerance * scale / largest(&state.misfit);
+        let tolerance = (0.1 * relative).max(enough).clamp(1e-10, 1e-2);
         {
             let (point, slope) = (state.point.as_mut()?, &state.slope);
             // What is held moves nothing and asks for nothing, so that the step leaves it where it is.

@@ -67,7 +67,11 @@ impl SharedLines {
         let readings = apparent.iter().zip(held);
         for (at, ((square, own), (y, held))) in taxels.zip(readings).enumerate() {
             let shared = self.by_row[at / columns] + self.by_column[at % columns];
-            *square = if *held { 0.0 } else { y.abs().max(1e-30).powi(-2) };
+            *square = if *held {
+                0.0
+            } else {
+                y.abs().max(1e-30).powi(-2)
+            };
             *own = if *held {
                 0.0
             } else {

@@ -209,6 +209,11 @@ impl SolverState {
         (crossings, nearest.1)
     }
 
+    /// A norm as a share of so much on every taxel.
+    pub(super) fn relative(&self, size: f64, scale: f64) -> f64 {
+        size / (scale * (self.g.len() as f64).sqrt())
+    }
+
     /// Of the taxels that are unknown.
     fn sum_of_found(&self) -> f64 {
         let found = self.found.iter().zip(&self.held);
