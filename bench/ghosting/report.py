@@ -221,7 +221,8 @@ def page(results, cases, entries, today, runs, root):
 case. The cases, the format, the entries and how to enter: [bench/ghosting](../bench/ghosting/README.md). All figures by
 seed: [{runs.name}](../bench/runs/{runs.name}). Everything is simulated, and by the program that is among the entries: who
 undoes the same circuit that made the counts has an advantage that a real mat does not give. In the ideal cases R_eq, two steps and nodal
-fixed point are told the true switches by the sensor file and keep them; `taxel calibrate` fits them again.
+fixed point are told the true switches by the sensor file and keep them; `taxel calibrate` fits them again. On uneven, beyond and sheet cases all entries but
+ours take taxels to be alike, and most of what they err by there is taxels that differ: [bench/ghosting](../bench/ghosting/README.md#what-is-drawn) says how much.
 
 ## Where ours is not best, or not good
 

@@ -415,7 +415,7 @@ impl Newton {
     fn step(&self, state: &mut SolverState, size: f64, scale: f64) -> Option<(f64, f64)> {
         let relative = state.relative(size, scale);
         // The step itself is no better than this share of the misfit; and more than the answer is to have is not asked of it.
-        let enough = 0.1 * self.tolerance * scale / largest(&state.misfit);
+        let enough = 0.01 * self.tolerance * scale / largest(&state.misfit);
         let tolerance = (0.1 * relative).max(enough).clamp(1e-10, 1e-2);
         {
             let (point, slope) = (state.point.as_mut()?, &state.slope);

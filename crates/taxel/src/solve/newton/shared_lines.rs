@@ -10,6 +10,8 @@ use taxel_linalg::{Spd, View, ViewMut, multiply_lower};
 
 /// A taxel's own part is no less than this share of its R².
 const LEAST_OWN: f64 = 0.05;
+/// A line that conducts less than this share of another is idle.
+const IDLE: f64 = 1e-3;
 
 /// The inverse of that derivative, at one frame of conductances.
 pub(super) struct SharedLines {
@@ -78,7 +80,8 @@ impl SharedLines {
                 1.0 / (*square - shared).max(LEAST_OWN * *square)
             };
         }
-        self.is_set = self.factorise();
+        self.is_set =
+            conduct_alike(&self.by_row) && conduct_alike(&self.by_column) && self.factorise();
     }
 
     fn factorise(&mut self) -> bool {
@@ -174,6 +177,14 @@ impl SharedLines {
             }
         }
     }
+}
+
+/// Whether no line is idle beside the others. What such a line reads hardly tells its taxels apart, and noise there is not to be
+/// made a step of.
+fn conduct_alike(squares: &[f64]) -> bool {
+    let most = squares.iter().copied().fold(0.0, f64::max);
+    let least = squares.iter().copied().fold(f64::INFINITY, f64::min);
+    most * IDLE * IDLE < least
 }
 
 #[cfg(test)]
