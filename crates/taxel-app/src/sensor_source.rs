@@ -60,7 +60,8 @@ pub fn carried(path: &Path) -> Result<Option<Sensor>, Error> {
 /// or volts the same counts are other loads. What a calibration fits is no disagreement. Empty where the recording carries none, or
 /// cannot be read: that is told by who reads it.
 pub fn disagreements(recording: &Path, sensor: &Sensor) -> Vec<String> {
-    if !carries_sensor(recording) {
+    // What can be read once only is left to who reads it.
+    if !(carries_sensor(recording) && recording.is_file()) {
         return Vec::new();
     }
     let Ok(Some(own)) = carried(recording) else {

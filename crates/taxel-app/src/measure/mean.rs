@@ -75,10 +75,10 @@ impl Measured<'_> {
         let conversion = Conversion::new(request, survey)?;
         let mut reading = input.open()?;
         let stage = reporter.stage("looking at all frames");
-        let mut first = None;
+        let mut origin = None;
         conversion.run(&mut reading, &*stage, |frame| {
             let secs = settings.secs_of(frame);
-            let origin = *first.get_or_insert(settings.origin(secs));
+            let origin = *origin.get_or_insert(settings.origin(secs));
             let since = secs.zip(origin).map(|(secs, origin)| secs - origin);
             take(frame, since);
             Ok(())

@@ -29,7 +29,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     presses: Option<PathBuf>,
     /// A recording under one known load on the whole array, such as 812.5N or 640g
-    #[arg(long, num_args = 2, value_names = ["LOAD", "RECORDING"], action = clap::ArgAction::Append, allow_hyphen_values = true)]
+    #[arg(long, num_args = 2, value_names = ["LOAD", "RECORDING"], action = clap::ArgAction::Append)]
     total: Vec<String>,
     /// A recording with nothing on the array
     #[arg(long, value_name = "RECORDING")]

@@ -96,7 +96,6 @@ fn so_many_frames_and_no_more() {
     }
 }
 
-/// As many loads and figures as frames, however fast they come.
 /// What a simulated source is does not change with what its frames are taken to be of: a truth that reads itself has no error.
 #[test]
 fn a_virtual_sensor_stays_what_its_address_names() {
@@ -143,6 +142,7 @@ fn a_sensor_file_that_the_recording_contradicts_is_doubted() {
     assert!(!compensated("fitted.toml").contains("another sensor"));
 }
 
+/// As many loads and figures as frames, however fast they come.
 #[test]
 fn every_frame_has_its_loads() {
     let folder = Folder::new();

@@ -421,15 +421,15 @@ impl Newton {
             let (point, slope) = (state.point.as_mut()?, &state.slope);
             // What is held moves nothing and asks for nothing, so that the step leaves it where it is.
             let held = &state.held;
-            let (near, found) = (&mut state.shared_lines, &mut state.near);
-            if let Some(near) = near {
-                near.set(&state.g, &state.found, held);
+            let (shared, undone) = (&mut state.shared_lines, &mut state.undone);
+            if let Some(shared) = shared {
+                shared.set(&state.g, &state.found, held);
             }
             let apply = |v: &[f64], out: &mut [f64]| {
-                match near {
-                    Some(near) => {
-                        near.apply(v, found);
-                        point.jvp_into(found, out);
+                match shared {
+                    Some(shared) => {
+                        shared.apply(v, undone);
+                        point.jvp_into(undone, out);
                     }
                     None => point.jvp_into(v, out),
                 }
@@ -442,8 +442,8 @@ impl Newton {
                 .gmres
                 .solve(apply, misfit, step, tolerance, self.restarts);
         }
-        if let Some(near) = &mut state.shared_lines {
-            near.apply_in_place(&mut state.step);
+        if let Some(shared) = &mut state.shared_lines {
+            shared.apply_in_place(&mut state.step);
         }
         let mut length = 1.0;
         for _ in 0..30 {

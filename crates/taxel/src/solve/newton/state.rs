@@ -40,9 +40,9 @@ pub(crate) struct SolverState {
     pub(super) trial: Vec<f64>,
     pub(super) step: Vec<f64>,
     pub(super) gmres: Gmres,
-    /// What makes it short, where lines are left open, and what that makes of a direction.
+    /// What makes it short, where lines are left open, and what that undoes of a direction.
     pub(super) shared_lines: Option<SharedLines>,
-    pub(super) near: Vec<f64>,
+    pub(super) undone: Vec<f64>,
     /// Taxels that are no unknowns: absent, or taken to be unloaded.
     pub(super) held: Vec<bool>,
     /// What those conduct, siemens.
@@ -73,7 +73,7 @@ impl SolverState {
             step: Vec::new(),
             gmres: Gmres::new(0, 0),
             shared_lines: None,
-            near: Vec::new(),
+            undone: Vec::new(),
             held: Vec::new(),
             rest: Vec::new(),
             marks: Vec::new(),
@@ -107,7 +107,7 @@ impl SolverState {
             &mut self.trial,
             &mut self.step,
             &mut self.rest,
-            &mut self.near,
+            &mut self.undone,
         ] {
             buffer.clear();
             buffer.resize(taxels, 0.0);
