@@ -5,6 +5,7 @@ mod lu;
 mod products;
 mod simd;
 mod sums;
+mod sweep;
 
 pub use factor::{Spd, inverse, inverse_symmetric, solve_symmetric};
 pub use lu::LuBlocks;

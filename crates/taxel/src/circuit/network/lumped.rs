@@ -277,10 +277,9 @@ impl OperatingPoint for LumpedPoint {
             *value = -*value;
         }
         self.complete_schur();
-        if !self.spd.factorise(&self.schur) {
+        if !self.spd.invert(&self.schur, &mut self.p) {
             return Err(NotPassive);
         }
-        self.spd.inverse_into(&mut self.p);
         multiply(
             ViewMut::new(&mut self.k, m, n),
             View::new(&self.p, m, m),

@@ -116,10 +116,9 @@ impl Sweep {
             self.q[chain] = blocks.add(chain, &mut self.x, own);
         }
         finish(&mut self.x);
-        if !self.spd.factorise(&self.x) {
+        if !self.spd.invert(&self.x, &mut self.p) {
             return Err(NotPassive);
         }
-        self.spd.inverse_into(&mut self.p);
         multiply(
             ViewMut::new(&mut self.k, self.chains, n),
             View::new(&self.e, self.chains, n),
@@ -141,10 +140,9 @@ impl Sweep {
             for (i, a) in self.between[between.clone()].iter().enumerate() {
                 self.square[i * n + i] += a;
             }
-            if !self.spd.factorise(&self.square) {
+            if !self.spd.invert(&self.square, &mut self.d) {
                 return Err(NotPassive);
             }
-            self.spd.inverse_into(&mut self.d);
         } else {
             mirror(&mut self.x, n);
             self.invert_scaled(block)?;
@@ -264,10 +262,9 @@ impl Sweep {
                 a / (kappa + a)
             };
         }
-        if !self.spd.factorise(&self.square) {
+        if !self.spd.invert(&self.square, &mut self.d) {
             return Err(NotPassive);
         }
-        self.spd.inverse_into(&mut self.d);
         for (i, line) in self.d.chunks_exact_mut(n).enumerate() {
             for (d, s) in line.iter_mut().zip(&self.scale) {
                 *d *= self.scale[i] * s;
