@@ -42,7 +42,10 @@ impl Swept {
 
     /// The whole inverse of a matrix of which the lower triangle is read, both row-major. False where it is not positive definite.
     pub(crate) fn invert(&mut self, n: usize, matrix: &[f64], out: &mut [f64]) -> bool {
-        let most = matrix.iter().step_by(n + 1).fold(0.0, |a: f64, b| a.max(*b));
+        let most = matrix
+            .iter()
+            .step_by(n + 1)
+            .fold(0.0, |a: f64, b| a.max(*b));
         if !most.is_normal() {
             return false;
         }
