@@ -22,7 +22,7 @@ use crate::values;
 use crate::{Exit, out, recorded};
 use place::{RegionWanted, Wanted};
 use series::{Taken, take};
-use taxel_app::measure::regions_of_file;
+use taxel_app::measure::recording_regions_of_file;
 use taxel_app::methods::MethodName;
 use taxel_app::units::Unit;
 
@@ -152,7 +152,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         .as_ref()
         .and_then(|sensor| sensor.array().labels.clone());
     let regions = match (&sensor, &args.regions) {
-        (Some(sensor), Some(file)) => regions_of_file(file, sensor)?,
+        (Some(sensor), Some(file)) => recording_regions_of_file(file, sensor)?,
         (Some(sensor), None) => sensor.regions().to_vec(),
         (None, _) => Vec::new(),
     };
@@ -163,6 +163,14 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         region: args.region.as_ref(),
         regions: &regions,
     };
+    if let Some(region) = wanted.moving_region()? {
+        out::note(&format!(
+            "{} moves: these are all the taxels of its {} windows of time, {}",
+            region.name(),
+            region.windows().count(),
+            region.taxels().len()
+        ));
+    }
     let places = wanted.places(options.rows, options.columns, labels.as_deref())?;
     let taken = take(args, sensor.as_ref(), options, &places)?;
     let report = report(args, &taken);

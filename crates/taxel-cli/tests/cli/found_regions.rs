@@ -2,6 +2,7 @@
 
 use taxel::frame::newtons_from_grams;
 use taxel::simulate::Pattern;
+use taxel_app::measure::recording_regions_of_file;
 
 use crate::live::{Running, told, view};
 use crate::run::Folder;
@@ -46,6 +47,7 @@ fn a_hand_that_moves_keeps_its_fingers_and_its_file_can_be_changed() {
         folder.write("r.toml", &text.replace("\"little\"", "\"small finger\""));
         folder.good("measure hand.txt --sensor econe --frames-per-second 100 --no-intervals --regions r.toml -o g.csv");
         assert_eq!(folder.column("g.csv", "small_finger_n"), found[3]);
+        follows_all_taxels_of_its_windows(&folder);
         // Where nothing is known of frames there is nothing that moves.
         for elsewhere in [
             "live sim:econe --regions r.toml",
@@ -65,6 +67,31 @@ fn a_hand_that_moves_keeps_its_fingers_and_its_file_can_be_changed() {
     assert!(
         right as f64 >= 0.95 * f64::from(frames),
         "{right} of {frames}"
+    );
+}
+
+/// `analyse` has a line for each taxel on which a region lies at any time, and says so.
+fn follows_all_taxels_of_its_windows(folder: &Folder) {
+    let econe = taxel::sensor::preset("econe").unwrap();
+    let file = folder.path("r.toml");
+    let regions = recording_regions_of_file(&file, &econe).unwrap();
+    let ring = regions.iter().find(|r| r.name() == "ring").unwrap();
+    let analyse = "analyse hand.txt --sensor econe --region";
+    let run = folder.good(&format!("{analyse} ring --regions r.toml --json"));
+    let (windows, taxels) = (ring.windows().count(), ring.taxels().len());
+    let says =
+        format!("ring moves: these are all the taxels of its {windows} windows of time, {taxels}");
+    assert!(windows > 1 && run.err.contains(&says), "{run}");
+    let told: serde_json::Value = serde_json::from_str(&run.out).unwrap();
+    let names = told["taxels"].as_array().unwrap().iter();
+    let names: Vec<&str> = names.map(|taxel| taxel["name"].as_str().unwrap()).collect();
+    let wanted = ring.taxels().iter();
+    let wanted = wanted.map(|taxel| format!("row {}, column {}", taxel / 128, taxel % 128));
+    assert_eq!(names, wanted.collect::<Vec<String>>());
+    let run = folder.taxel(&format!("{analyse} thump --regions r.toml"));
+    assert!(
+        run.code == Some(2) && run.err.contains("--region thump: there are"),
+        "{run}"
     );
 }
 

@@ -81,6 +81,14 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
+    /// The region that was asked for, where it lies elsewhere in other frames.
+    pub(super) fn moving_region(&self) -> Result<Option<&Region>, Error> {
+        let Some(RegionWanted::Named(name)) = self.region else {
+            return Ok(None);
+        };
+        Ok(Some(named(name, self.regions)?).filter(|region| region.moves()))
+    }
+
     /// Names and places, all of them on the array.
     pub(super) fn places(
         &self,
