@@ -11,7 +11,7 @@ pub struct Integrity {
     pub damage: Damage,
     /// What the numbers of its frames tell.
     pub gaps: Gaps,
-    /// What the times of frames without numbers tell.
+    /// What the times of frames tell: that some go back, and of frames without numbers, that some are missing.
     pub times: TimeGaps,
     /// What was counted while it was recorded.
     pub losses: Losses,
@@ -156,18 +156,22 @@ impl Gaps {
     }
 }
 
-/// What the times of frames tell that follow each other at a known distance.
+/// What the times of frames tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[non_exhaustive]
 pub struct TimeGaps {
-    /// Frames for which there was time.
+    /// Frames for which there was time, where they follow each other at a known distance.
     pub missing: u64,
     /// In how many places.
     pub places: u64,
     /// The frame before the first place, from 0.
     pub first: Option<u64>,
-    /// Frames that come no later than the one before.
+    /// Frames that come no later than the one before, where they follow each other at a known distance.
     pub repeated: u64,
+    /// Frames that come before the one before, though their numbers go on.
+    pub backward: u64,
+    /// The frame before the first of them, from 0.
+    pub first_backward: Option<u64>,
 }
 
 impl TimeGaps {
@@ -196,7 +200,24 @@ impl TimeGaps {
                 "{times} frames are no later than the one before them"
             )),
         }
+        if let Some(frame) = self.first_backward {
+            let places = match self.backward {
+                1 => String::new(),
+                places => format!(" in {places} places, the first"),
+            };
+            words.push(format!(
+                "the times of frames go back{places} after frame {frame}: a clock was set, and what is told over time is not to be trusted there"
+            ));
+        }
         words
+    }
+
+    /// Takes the times, in one unit, of a frame and of the one after it.
+    pub(crate) fn add_times<T: PartialOrd>(&mut self, frame: u64, time: T, next: T) {
+        if next < time {
+            self.backward += 1;
+            self.first_backward.get_or_insert(frame);
+        }
     }
 
     /// Takes the step in time, in distances of frames, from `frame` to the next.

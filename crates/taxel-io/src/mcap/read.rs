@@ -18,7 +18,7 @@ use super::scan::{Found, MAX_RECORD, Scanner};
 use super::topics::Topics;
 use super::{METADATA, sought};
 use crate::error::{Error, other_shape};
-use crate::integrity::{Damage, Gaps};
+use crate::integrity::{Damage, Gaps, TimeGaps};
 use crate::losses::{self, Losses};
 use crate::options::ReadOptions;
 use crate::source::{MAX_TAXELS, SkipLog, open_file};
@@ -56,6 +56,9 @@ pub struct McapReader {
     pub(super) tare: Option<Tare>,
     losses: Losses,
     gaps: Gaps,
+    /// When the frame before was published, and what such times tell.
+    published: Option<u64>,
+    times: TimeGaps,
     damage: Damage,
     lost: LostFrames,
     /// It was read from its beginning on, and so can be held against what it says of itself.
@@ -185,6 +188,8 @@ impl McapReader {
             tare: None,
             losses: Losses::default(),
             gaps: Gaps::default(),
+            published: None,
+            times: TimeGaps::default(),
             damage: Damage::default(),
             lost: LostFrames::default(),
             in_full: true,

@@ -14,7 +14,7 @@ use super::pages::{Pages, Spent};
 use super::table::{Leaves, Table};
 use super::{COUNTS, MARKS, NEWTONS};
 use crate::error::{BROKEN_READING, Error, ParquetError, other_shape};
-use crate::integrity::{Gaps, Integrity};
+use crate::integrity::{Gaps, Integrity, TimeGaps};
 use crate::options::ReadOptions;
 use crate::source::{FrameSource, MAX_TAXELS, SkipLog, Skipped, fill_marked, mark_of};
 
@@ -41,6 +41,9 @@ pub struct ParquetReader<Q = Counts> {
     number: Option<u64>,
     host: Option<SystemTime>,
     gaps: Gaps,
+    /// The time of the row before, seconds, and what such times tell.
+    time_secs: Option<f64>,
+    times: TimeGaps,
     spent: Spent,
     done: bool,
     quantity: PhantomData<Q>,
@@ -125,6 +128,8 @@ impl<Q> ParquetReader<Q> {
             number: None,
             host: None,
             gaps: Gaps::default(),
+            time_secs: None,
+            times: TimeGaps::default(),
             spent: Spent::default(),
             done: false,
             quantity: PhantomData,
@@ -275,12 +280,21 @@ impl<Q> ParquetReader<Q> {
         });
     }
 
-    fn take_number(&mut self, number: Option<u64>) {
-        if let (Some(before), Some(number)) = (self.number, number) {
+    fn take_number_and_time(&mut self, row: &Row) {
+        let restarts = self.gaps.restarts;
+        if let (Some(before), Some(number)) = (self.number, row.sequence) {
             // Their low 32 bits are what a recording holds.
             self.gaps.add(before as u32, number as u32);
         }
-        self.number = number;
+        self.number = row.sequence;
+        // A device that began anew has a clock that did.
+        if let (Some(before), Some(secs)) = (self.time_secs, row.time_secs)
+            && self.gaps.restarts == restarts
+        {
+            let frame = self.row.saturating_sub(1);
+            self.times.add_times(frame, before, secs);
+        }
+        self.time_secs = row.time_secs;
     }
 }
 
@@ -330,7 +344,7 @@ impl<Q> FrameSource<Q> for ParquetReader<Q> {
                 }
                 return Ok(false);
             };
-            self.take_number(row.sequence);
+            self.take_number_and_time(&row);
             let checked = self.check(&row);
             if checked.is_ok() {
                 self.fill(&row, frame);
@@ -373,6 +387,7 @@ impl<Q> FrameSource<Q> for ParquetReader<Q> {
     fn integrity(&self) -> Integrity {
         Integrity {
             gaps: self.gaps,
+            times: self.times,
             ..Integrity::default()
         }
     }

@@ -24,6 +24,43 @@ fn reader(path: &Path) -> McapReader {
     McapReader::open(path, ReadOptions::new(16, 16)).unwrap()
 }
 
+/// The wall clock of a computer that reads a sensor without one of its own was set back, twice; a device that began anew is no such
+/// thing.
+#[test]
+fn times_that_go_back_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.mcap");
+    let mut writer = McapWriter::create(&path, &about()).unwrap();
+    let frames = [
+        (7, 50),
+        (8, 51),
+        (9, 20),
+        (10, 20),
+        (11, 19),
+        (0, 3),
+        (1, 4),
+    ];
+    for (number, secs) in frames {
+        let mut frame = frame(number);
+        frame.time_secs = None;
+        writer.write_counts(&frame, at(secs)).unwrap();
+    }
+    writer.finish().unwrap();
+    let mut reader = reader(&path);
+    let mut next = Frame::<Counts>::zeros(16, 16);
+    while reader.next_into(&mut next).unwrap() {}
+    let integrity = reader.integrity();
+    assert_eq!(integrity.times.backward, 2);
+    assert!(!integrity.is_whole());
+    assert_eq!(
+        integrity.words(),
+        [
+            "the device's frame numbers began anew once",
+            "the times of frames go back in 2 places, the first after frame 1: a clock was set, and what is told over time is not to be trusted there",
+        ]
+    );
+}
+
 #[test]
 fn gaps_restarts_and_counted_losses_are_told() {
     let folder = tempfile::tempdir().unwrap();
