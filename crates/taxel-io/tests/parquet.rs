@@ -196,12 +196,13 @@ fn the_shape_of_another_programs_table_is_unknown_and_half_a_shape_is_told() {
 }
 
 #[test]
-fn gaps_in_the_numbers_of_the_device_are_told() {
+fn gaps_in_the_numbers_of_the_device_and_times_that_go_back_are_told() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.parquet");
-    let mut frames = counts(2, 2, 4);
-    for (frame, number) in frames.iter_mut().zip([5, 6, 9, 10]) {
-        frame.sequence = number;
+    let mut frames = counts(2, 2, 6);
+    let told = [(5, 0.5), (6, 0.6), (9, 0.2), (10, 0.2), (0, 0.1), (1, 0.0)];
+    for (frame, (number, secs)) in frames.iter_mut().zip(told) {
+        (frame.sequence, frame.time_secs) = (number, Some(secs));
     }
     write(&path, &sensor(2, 2), &frames);
     let mut source = open_counts(&path, ReadOptions::new(2, 2)).unwrap();
@@ -210,9 +211,12 @@ fn gaps_in_the_numbers_of_the_device_are_told() {
     while source.next_into(&mut frame).unwrap() {
         places.push(frame.sequence);
     }
-    assert_eq!(places, [0, 1, 2, 3]);
-    let gaps = source.integrity().gaps;
+    assert_eq!(places, [0, 1, 2, 3, 4, 5]);
+    let (gaps, times) = (source.integrity().gaps, source.integrity().times);
     assert_eq!((gaps.missing, gaps.first), (2, Some((6, 2))));
+    // Where the numbers began anew the clock may have done so too.
+    assert_eq!((gaps.restarts, times.backward), (1, 2));
+    assert_eq!(times.first_backward, Some(1));
 }
 
 /// A file of one group with one list of integers a row, as `schema` has it.

@@ -163,14 +163,7 @@ pub(crate) fn run(args: &Args) -> Result<Exit, Error> {
         region: args.region.as_ref(),
         regions: &regions,
     };
-    if let Some(region) = wanted.moving_region()? {
-        out::note(&format!(
-            "{} moves: these are all the taxels of its {} windows of time, {}",
-            region.name(),
-            region.windows().count(),
-            region.taxels().len()
-        ));
-    }
+    wanted.tell_if_it_moves()?;
     let places = wanted.places(options.rows, options.columns, labels.as_deref())?;
     let taken = take(args, sensor.as_ref(), options, &places)?;
     let report = report(args, &taken);

@@ -6,6 +6,7 @@ use taxel::sensor::Region;
 
 use crate::commands::taxel_address::TaxelAddress;
 use crate::error::Error;
+use crate::out;
 
 /// Rows and columns, ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,12 +82,20 @@ pub(super) struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// The region that was asked for, where it lies elsewhere in other frames.
-    pub(super) fn moving_region(&self) -> Result<Option<&Region>, Error> {
+    /// Says which taxels are looked at of a region that lies elsewhere in other frames.
+    pub(super) fn tell_if_it_moves(&self) -> Result<(), Error> {
         let Some(RegionWanted::Named(name)) = self.region else {
-            return Ok(None);
+            return Ok(());
         };
-        Ok(Some(named(name, self.regions)?).filter(|region| region.moves()))
+        let region = named(name, self.regions)?;
+        if region.moves() {
+            out::note(&format!(
+                "{name} moves: these are all the taxels of its {} windows of time, {}",
+                region.windows().count(),
+                region.taxels().len()
+            ));
+        }
+        Ok(())
     }
 
     /// Names and places, all of them on the array.
