@@ -157,8 +157,9 @@ impl PivotRows {
             let (f, g) = (simd.splat_f64s(*f), simd.splat_f64s(*g));
             let (line, _) = S::as_mut_simd_f64s(line);
             let lower = &mut line[..i / S::F64_LANES + 1];
+            // Fused where the processor does so at once: else that is a call for each number.
             for (value, (r, q)) in lower.iter_mut().zip(r.iter().zip(q)) {
-                *value = simd.mul_add_f64s(g, *q, simd.mul_add_f64s(f, *r, *value));
+                *value = simd.mul_add_e_f64s(g, *q, simd.mul_add_e_f64s(f, *r, *value));
             }
         }
     }
