@@ -141,17 +141,21 @@ impl Gaps {
         words
     }
 
-    /// Takes the next of 32-bit numbers.
-    pub(crate) fn add(&mut self, before: u32, number: u32) {
+    /// Takes the next of 32-bit numbers. False where they began anew.
+    pub(crate) fn add(&mut self, before: u32, number: u32) -> bool {
         match number.wrapping_sub(before) {
-            1 => {}
+            1 => true,
             step @ 2..0x8000_0000 => {
                 let missing = u64::from(step) - 1;
                 self.missing += missing;
                 self.places += 1;
                 self.first.get_or_insert((before.into(), missing));
+                true
             }
-            _ => self.restarts += 1,
+            _ => {
+                self.restarts += 1;
+                false
+            }
         }
     }
 }
@@ -166,12 +170,9 @@ pub struct TimeGaps {
     pub places: u64,
     /// The frame before the first place, from 0.
     pub first: Option<u64>,
-    /// Frames that come no later than the one before, where they follow each other at a known distance.
+    /// Frames that come no later than the one before, where they follow each other at a known distance; else those that come earlier
+    /// than it, though their numbers go on.
     pub repeated: u64,
-    /// Frames that come before the one before, though their numbers go on.
-    pub backward: u64,
-    /// The frame before the first of them, from 0.
-    pub first_backward: Option<u64>,
 }
 
 impl TimeGaps {
@@ -200,24 +201,13 @@ impl TimeGaps {
                 "{times} frames are no later than the one before them"
             )),
         }
-        if let Some(frame) = self.first_backward {
-            let places = match self.backward {
-                1 => String::new(),
-                places => format!(" in {places} places, the first"),
-            };
-            words.push(format!(
-                "the times of frames go back{places} after frame {frame}: a clock was set, and what is told over time is not to be trusted there"
-            ));
-        }
         words
     }
 
-    /// Takes the times, in one unit, of a frame and of the one after it.
-    pub(crate) fn add_times<T: PartialOrd>(&mut self, frame: u64, time: T, next: T) {
-        if next < time {
-            self.backward += 1;
-            self.first_backward.get_or_insert(frame);
-        }
+    /// Takes the times, in one unit, of a frame and of the one before it, whose numbers go on.
+    pub(crate) fn add_times<T: PartialOrd>(&mut self, before: Option<T>, now: Option<T>) {
+        let pair = before.zip(now);
+        self.repeated += u64::from(pair.is_some_and(|(before, now)| now < before));
     }
 
     /// Takes the step in time, in distances of frames, from `frame` to the next.

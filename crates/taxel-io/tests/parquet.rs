@@ -215,8 +215,7 @@ fn gaps_in_the_numbers_of_the_device_and_times_that_go_back_are_told() {
     let (gaps, times) = (source.integrity().gaps, source.integrity().times);
     assert_eq!((gaps.missing, gaps.first), (2, Some((6, 2))));
     // Where the numbers began anew the clock may have done so too.
-    assert_eq!((gaps.restarts, times.backward), (1, 2));
-    assert_eq!(times.first_backward, Some(1));
+    assert_eq!((gaps.restarts, times.repeated), (1, 2));
 }
 
 /// A file of one group with one list of integers a row, as `schema` has it.

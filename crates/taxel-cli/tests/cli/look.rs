@@ -76,9 +76,7 @@ fn info_with_a_sensor_screens_the_recording() {
           "missing": 0,
           "places": 0,
           "first": null,
-          "repeated": 0,
-          "backward": 0,
-          "first_backward": null
+          "repeated": 0
         },
         "losses": {
           "lost": 0,

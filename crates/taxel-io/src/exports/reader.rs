@@ -220,11 +220,9 @@ impl ExportReader {
     /// What the frame's own number tells of those before it.
     fn follow_number(&mut self) {
         let number = self.parsed.number;
-        let restarts = self.integrity.gaps.restarts;
-        if let (Some(before), Some(number)) = (self.number, number) {
-            self.integrity.gaps.add(before as u32, number as u32);
-        }
-        self.is_anew = self.integrity.gaps.restarts > restarts;
+        let both = self.number.zip(number);
+        let gaps = &mut self.integrity.gaps;
+        self.is_anew = both.is_some_and(|(before, now)| !gaps.add(before as u32, now as u32));
         self.first_number = self.first_number.or(number);
         self.number = number.or(self.number);
     }
@@ -241,12 +239,8 @@ impl ExportReader {
             self.integrity.times.add(self.frame - 1, steps);
         }
         // Numbers tell what is missing; times of theirs that go back are told all the same.
-        if is_numbered
-            && !self.is_anew
-            && let (Some(before), Some(now)) = (self.secs, self.parsed.secs)
-            && now < before
-        {
-            self.integrity.times.repeated += 1;
+        if is_numbered && !self.is_anew {
+            self.integrity.times.add_times(self.secs, self.parsed.secs);
         }
         self.secs = self.parsed.secs;
         self.secs_frame = self.frame;

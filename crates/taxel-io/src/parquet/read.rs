@@ -281,19 +281,14 @@ impl<Q> ParquetReader<Q> {
     }
 
     fn take_number_and_time(&mut self, row: &Row) {
-        let restarts = self.gaps.restarts;
-        if let (Some(before), Some(number)) = (self.number, row.sequence) {
-            // Their low 32 bits are what a recording holds.
-            self.gaps.add(before as u32, number as u32);
+        let both = self.number.zip(row.sequence);
+        // Their low 32 bits are what a recording holds.
+        let goes_on = both.is_none_or(|(before, now)| self.gaps.add(before as u32, now as u32));
+        // A device that began anew has a clock that did.
+        if goes_on {
+            self.times.add_times(self.time_secs, row.time_secs);
         }
         self.number = row.sequence;
-        // A device that began anew has a clock that did.
-        if let (Some(before), Some(secs)) = (self.time_secs, row.time_secs)
-            && self.gaps.restarts == restarts
-        {
-            let frame = self.row.saturating_sub(1);
-            self.times.add_times(frame, before, secs);
-        }
         self.time_secs = row.time_secs;
     }
 }

@@ -72,15 +72,13 @@ impl McapReader {
         };
         self.count_lost();
         if let Some(ahead) = &ahead {
-            let restarts = self.gaps.restarts;
-            if let Some(before) = self.number.filter(|_| self.topics.is_own()) {
-                self.gaps.add(before, ahead.number);
-            }
-            // A device that began anew has a clock that did.
-            let goes_on = self.number.is_some() && self.gaps.restarts == restarts;
-            if let Some(before) = self.published.filter(|_| goes_on) {
-                let frame = self.frames.saturating_sub(1);
-                self.times.add_times(frame, before, ahead.publish_time);
+            if let Some(before) = self.number {
+                // A device that began anew has a clock that did; other programs' numbers are not the device's.
+                let goes_on = !self.topics.is_own() || self.gaps.add(before, ahead.number);
+                if goes_on {
+                    self.times
+                        .add_times(self.published, Some(ahead.publish_time));
+                }
             }
             self.published = Some(ahead.publish_time);
             self.number = Some(ahead.number);
