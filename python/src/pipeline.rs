@@ -22,7 +22,7 @@ use crate::sensor::Sensor;
 use block::{Block, Input, Results, Solving, Wanted, Worker};
 
 /// Frames of a block, at most: a block begins cold, whatever the number of cores, so that results do not hang on it.
-const BLOCK_FRAMES: usize = 64;
+const BLOCK_FRAMES: usize = 32;
 /// Numbers of a block, at most.
 const BLOCK_NUMBERS: usize = 1 << 19;
 /// How often a thread looks whether another has done its work with the same pipeline.

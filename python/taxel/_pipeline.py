@@ -29,7 +29,7 @@ class Pipeline:
     """From frames of counts to loads in newtons: screen, converter, inverse of the circuit, load law, spread.
 
     Frames are a stream: the inverse of each begins with the answer before it, the screen learns the baseline as it goes, and a
-    load law with creep remembers. A call of more than 64 frames is shared out to all cores, in blocks that begin anew, so that its
+    load law with creep remembers. A call of more than 32 frames is shared out to all cores, in blocks that begin anew, so that its
     results do not hang on how many cores there are. Other threads of Python run meanwhile; Ctrl-C ends a call.
 
     Parameters

@@ -14,8 +14,8 @@ use crate::reporter::Reporter;
 
 /// Frames under way for each thread that looks at them.
 const AHEAD: usize = 4;
-/// With so many of these the thread that reads and adds up has no rest.
-const MOST_LOOKING: usize = 2;
+/// With so many of these the one that reads and adds up has no rest.
+const MOST_LOOKING: usize = 3;
 
 /// The look at single frames, by any thread.
 struct Looking;

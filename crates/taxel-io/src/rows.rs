@@ -27,6 +27,8 @@ pub(crate) struct RowWriter {
     frames: u64,
     shape: Option<(usize, usize)>,
     text: Vec<u8>,
+    /// A line of nothing, of the shape.
+    zeros: Vec<u8>,
     number: zmij::Buffer,
 }
 
@@ -46,6 +48,7 @@ impl RowWriter {
             frames: 0,
             shape: None,
             text: Vec::new(),
+            zeros: Vec::new(),
             number: zmij::Buffer::new(),
         })
     }
@@ -63,6 +66,9 @@ impl RowWriter {
             self.shape,
             self.minimum..=self.maximum,
         )?;
+        if self.shape.is_none() {
+            self.zeros = b"0,".repeat(frame.columns());
+        }
         self.shape = Some((frame.rows(), frame.columns()));
         if self.extra == ExtraLines::Every {
             self.text.clear();
@@ -78,7 +84,7 @@ impl RowWriter {
             // Nearly all rows of marks, and many of loads.
             let bits = row.iter().fold(0, |bits, value| bits | value.to_bits());
             if bits == 0 {
-                row.iter().for_each(|_| self.text.extend_from_slice(b"0,"));
+                self.text.extend_from_slice(&self.zeros);
             } else {
                 for value in row {
                     push_number(&mut self.text, &mut self.number, *value);

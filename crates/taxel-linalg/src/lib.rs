@@ -10,5 +10,5 @@ mod sweep;
 pub use factor::{Spd, inverse, inverse_symmetric, solve_symmetric};
 pub use lu::LuBlocks;
 pub use products::{Number, View, ViewMut, multiply, multiply_add, multiply_lower};
-pub use simd::wide;
+pub use simd::{WideWork, mul_add, wide, wide_fused};
 pub use sums::{dot, mirror, sum};

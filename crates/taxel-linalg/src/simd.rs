@@ -2,6 +2,8 @@
 
 use std::hint::black_box;
 
+use pulp::{Simd, WithSimd};
+
 /// Runs `op`, compiled once for every width of vectors, at the widest that this processor has. `op` has to be a closure written
 /// at the call and marked `#[inline(always)]`, and so has every function that it is to take along: what is not inlined stays
 /// narrow. Handed to pulp directly, a closure that could be called twice is wrapped in a function that is not inlined;
@@ -9,6 +11,44 @@ use std::hint::black_box;
 #[inline(always)]
 pub fn wide<R>(op: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(op)
+}
+
+/// What [`wide_fused`] runs.
+pub trait WideWork {
+    /// What comes of it.
+    type Output;
+
+    /// Does it; `FUSED` is for [`mul_add`]. To be marked `#[inline(always)]`, with all that it is to take along.
+    fn run<const FUSED: bool>(self) -> Self::Output;
+}
+
+/// [`wide`], for work with many products that are added to something: these are one instruction, and rounded once, where the
+/// processor has it. So numbers differ in their last digits from one processor to another.
+#[inline(always)]
+pub fn wide_fused<W: WideWork>(work: W) -> W::Output {
+    pulp::Arch::new().dispatch(Fused(work))
+}
+
+/// a · b + c, in one step where `FUSED` says so: elsewhere that would be a call of some hundred instructions.
+#[inline(always)]
+pub fn mul_add<const FUSED: bool>(a: f64, b: f64, c: f64) -> f64 {
+    if FUSED { a.mul_add(b, c) } else { a * b + c }
+}
+
+struct Fused<W>(W);
+
+impl<W: WideWork> WithSimd for Fused<W> {
+    type Output = W::Output;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> W::Output {
+        // All processors with vectors that pulp knows have it.
+        if S::F64_LANES > 1 {
+            self.0.run::<true>()
+        } else {
+            self.0.run::<false>()
+        }
+    }
 }
 
 /// To be called after a product by faer: its kernels leave the upper halves of the vector registers set, and plain code

@@ -1,5 +1,7 @@
 //! A natural cubic spline that goes on straight beyond its ends.
 
+use taxel_linalg::mul_add;
+
 /// Points that no spline goes through.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum BadKnots {
@@ -145,7 +147,7 @@ impl Spline {
     /// Steps are Chebyshev's of the third order. All lanes take one before any takes the next, so that none waits for its own
     /// division.
     #[inline(always)]
-    pub(crate) fn cross<const N: usize>(
+    pub(crate) fn cross<const FUSED: bool, const N: usize>(
         &self,
         y: &[f64; N],
         slope: &[f64; N],
@@ -164,10 +166,10 @@ impl Spline {
             let (ys, ys_rest) = y.as_chunks::<AT_ONCE>();
             let (slopes, slopes_rest) = slope.as_chunks::<AT_ONCE>();
             for ((x, y), slope) in some.iter_mut().zip(ys).zip(slopes) {
-                done += self.step(y, slope, x);
+                done += self.step::<FUSED, _>(y, slope, x);
             }
             for ((x, y), slope) in rest.iter_mut().zip(ys_rest).zip(slopes_rest) {
-                done += self.step(&[*y], &[*slope], std::array::from_mut(x));
+                done += self.step::<FUSED, _>(&[*y], &[*slope], std::array::from_mut(x));
             }
             if done == N as u64 {
                 return true;
@@ -181,7 +183,12 @@ impl Spline {
     /// The spline is a straight line and, from each knot on, a multiple of the cube of what is beyond it: no lane has to look for its
     /// piece.
     #[inline(always)]
-    fn step<const N: usize>(&self, y: &[f64; N], slope: &[f64; N], x: &mut [f64; N]) -> u64 {
+    fn step<const FUSED: bool, const N: usize>(
+        &self,
+        y: &[f64; N],
+        slope: &[f64; N],
+        x: &mut [f64; N],
+    ) -> u64 {
         let line = &self.pieces[0];
         // Three times the value, the slope, half of the second derivative.
         let (mut cubes, mut squares, mut firsts) = ([0.0; N], [0.0; N], [0.0; N]);
@@ -193,17 +200,19 @@ impl Spline {
                 let square = first * beyond;
                 firsts[lane] += first;
                 squares[lane] += square;
-                cubes[lane] += square * beyond;
+                cubes[lane] = mul_add::<FUSED>(square, beyond, cubes[lane]);
             }
         }
         let mut last = 0;
         for lane in 0..N {
-            let straight = line.c[0] + line.c[1] * (x[lane] - line.from) + slope[lane] * x[lane];
-            let left = straight + cubes[lane] * (1.0 / 3.0) - y[lane];
+            let x = &mut x[lane];
+            let straight = mul_add::<FUSED>(line.c[1], *x - line.from, line.c[0]);
+            let straight = mul_add::<FUSED>(slope[lane], *x, straight);
+            let left = mul_add::<FUSED>(cubes[lane], 1.0 / 3.0, straight) - y[lane];
             let inverse = 1.0 / (slope[lane] + line.c[1] + squares[lane]);
             let newton = left * inverse;
-            let step = newton + newton * newton * (firsts[lane] * inverse);
-            x[lane] -= step;
+            let step = mul_add::<FUSED>(newton * newton, firsts[lane] * inverse, newton);
+            *x -= step;
             last += u64::from(step.abs() < LAST_STEP);
         }
         last
@@ -324,7 +333,7 @@ mod tests {
         let y: [f64; 41] = std::array::from_fn(|k| -12.0 + 0.5 * k as f64);
         let slope: [f64; 41] = std::array::from_fn(|k| 0.8 + 0.01 * k as f64);
         let mut x: [f64; 41] = std::array::from_fn(|k| y[k] / slope[k]);
-        assert!(spline.cross(&y, &slope, 0.05, &mut x));
+        assert!(spline.cross::<true, _>(&y, &slope, 0.05, &mut x));
         for k in 0..41 {
             let left = slope[k] * x[k] + spline.at(x[k]).0 - y[k];
             assert!(
@@ -334,7 +343,7 @@ mod tests {
             );
         }
         let steepest_fall = 0.4;
-        assert!(!spline.cross(&y, &[steepest_fall; 41], 0.05, &mut x));
+        assert!(!spline.cross::<false, _>(&y, &[steepest_fall; 41], 0.05, &mut x));
     }
 
     #[test]

@@ -27,7 +27,7 @@ use worker::{Converting, Worker};
 
 /// Frames that an inverse goes through from one to the next, at most; then it begins anew. So frames do not hang on who
 /// solved those before, and numbers not on how many cores there are.
-const BLOCK_FRAMES: usize = 64;
+const BLOCK_FRAMES: usize = 32;
 /// Numbers of a block, at most.
 const BLOCK_NUMBERS: usize = 1 << 19;
 /// The same of a block that no other thread waits for: what was read into it is still near the processor when it is worked on.

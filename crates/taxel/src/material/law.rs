@@ -4,7 +4,7 @@ use super::elementary;
 use crate::Error;
 use crate::sensor::{Bend, Material, MaterialSpec, PerTaxel, Sensor};
 use crate::spline::Spline;
-use taxel_linalg::wide;
+use taxel_linalg::{WideWork, wide, wide_fused};
 
 /// G = g_zero + gain · factor · S(load)^exponent · e^bend(ln load), with S(L) = L/(1 + L/saturation).
 ///
@@ -115,7 +115,7 @@ impl LoadLaw {
             let response = over.abs().ln() - scale;
             let mut ln_load = [response / exponent];
             if let Some(bend) = &self.bend {
-                straighten(bend, &[exponent], &[response], &mut ln_load);
+                straighten::<false, _>(bend, &[exponent], &[response], &mut ln_load);
             }
             ln_load[0].exp()
         };
@@ -145,27 +145,13 @@ impl LoadLaw {
             self.grams_in_proportion(siemens, grams, (-scale).exp());
             return;
         }
-        let (ln_scale, exponent) = (
-            Blocks::new(&self.ln_scale, n),
-            Blocks::new(&self.exponent, n),
-        );
-        let (blocks, rest) = grams.as_chunks_mut::<BLOCK>();
-        let (of_blocks, of_rest) = siemens.as_chunks::<BLOCK>();
-        wide(
-            #[inline(always)]
-            || {
-                for (k, (grams, siemens)) in blocks.iter_mut().zip(of_blocks).enumerate() {
-                    self.grams_of_block(siemens, ln_scale.at(k), exponent.at(k), grams);
-                }
-                if !rest.is_empty() {
-                    let mut siemens = [self.g_zero; BLOCK];
-                    let mut grams = [0.0; BLOCK];
-                    siemens[..rest.len()].copy_from_slice(of_rest);
-                    self.grams_of_block(&siemens, &ln_scale.last, &exponent.last, &mut grams);
-                    rest.copy_from_slice(&grams[..rest.len()]);
-                }
-            },
-        );
+        wide_fused(OfFrame {
+            law: self,
+            ln_scale: Blocks::new(&self.ln_scale, n),
+            exponent: Blocks::new(&self.exponent, n),
+            siemens,
+            grams,
+        });
     }
 
     /// Of a law whose exponent is 1, as that of numbers that are loads already: no logarithm, and nothing lost to one.
@@ -186,7 +172,7 @@ impl LoadLaw {
     }
 
     #[inline(always)]
-    fn grams_of_block(
+    fn grams_of_block<const FUSED: bool>(
         &self,
         siemens: &[f64; BLOCK],
         ln_scale: &[f64; BLOCK],
@@ -200,7 +186,7 @@ impl LoadLaw {
         let mut response = [0.0; BLOCK];
         for lane in 0..BLOCK {
             let over = (siemens[lane] - self.g_zero).abs();
-            response[lane] = elementary::ln(over.max(f64::MIN_POSITIVE)) - ln_scale[lane];
+            response[lane] = elementary::ln::<FUSED>(over.max(f64::MIN_POSITIVE)) - ln_scale[lane];
         }
         if let [one] = self.exponent[..] {
             let inverse = 1.0 / one;
@@ -213,10 +199,10 @@ impl LoadLaw {
             }
         }
         if let Some(bend) = &self.bend {
-            straighten(bend, exponent, &response, grams);
+            straighten::<FUSED, _>(bend, exponent, &response, grams);
         }
         for grams in grams.iter_mut() {
-            *grams = elementary::exp(*grams);
+            *grams = elementary::exp::<FUSED>(*grams);
         }
         if let Some(half) = self.saturation_load_g {
             for grams in grams.iter_mut() {
@@ -280,6 +266,36 @@ const LAST_STEP: f64 = 1e-12;
 /// A bend that turns the law's slope around is none that can be undone; no less than this is believed of it.
 const LEAST_SLOPE: f64 = 0.05;
 
+/// The loads of a whole frame.
+struct OfFrame<'a> {
+    law: &'a LoadLaw,
+    ln_scale: Blocks<'a>,
+    exponent: Blocks<'a>,
+    siemens: &'a [f64],
+    grams: &'a mut [f64],
+}
+
+impl WideWork for OfFrame<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<const FUSED: bool>(self) {
+        let (law, ln_scale, exponent) = (self.law, self.ln_scale, self.exponent);
+        let (blocks, rest) = self.grams.as_chunks_mut::<BLOCK>();
+        let (of_blocks, of_rest) = self.siemens.as_chunks::<BLOCK>();
+        for (k, (grams, siemens)) in blocks.iter_mut().zip(of_blocks).enumerate() {
+            law.grams_of_block::<FUSED>(siemens, ln_scale.at(k), exponent.at(k), grams);
+        }
+        if !rest.is_empty() {
+            let mut siemens = [law.g_zero; BLOCK];
+            let mut grams = [0.0; BLOCK];
+            siemens[..rest.len()].copy_from_slice(of_rest);
+            law.grams_of_block::<FUSED>(&siemens, &ln_scale.last, &exponent.last, &mut grams);
+            rest.copy_from_slice(&grams[..rest.len()]);
+        }
+    }
+}
+
 /// One number for all taxels or one each, block by block.
 struct Blocks<'a> {
     each: &'a [[f64; BLOCK]],
@@ -310,14 +326,14 @@ impl<'a> Blocks<'a> {
 /// ln of the acting loads where exponent · ln load + bend(ln load) is the response; where the law's slope turns around, by Newton's
 /// steps from what it would be without a bend.
 #[inline(always)]
-fn straighten<const LANES: usize>(
+fn straighten<const FUSED: bool, const LANES: usize>(
     bend: &Spline,
     exponent: &[f64; LANES],
     response: &[f64; LANES],
     ln_load: &mut [f64; LANES],
 ) {
     let start = *ln_load;
-    if bend.cross(response, exponent, LEAST_SLOPE, ln_load) {
+    if bend.cross::<FUSED, _>(response, exponent, LEAST_SLOPE, ln_load) {
         return;
     }
     *ln_load = start;

@@ -1,7 +1,11 @@
 //! How often each whole number was read, and what is in the middle.
 
+use taxel_linalg::wide;
+
 /// Numbers whose bins are found side by side.
-pub(super) const BLOCK: usize = 64;
+pub(super) const BLOCK: usize = 512;
+/// Tables that take numbers in turn: readings of one bin follow each other, and in one table each would wait for the last.
+const TABLES: usize = 4;
 
 /// Counts of whole numbers from 0 on.
 #[derive(Debug, Clone)]
@@ -10,13 +14,19 @@ pub(super) struct Histogram {
     bins: Vec<u64>,
     /// The sum of all but that.
     held: u64,
+    /// What has come since they were last settled, a table after the other; empty where numbers are too few for it.
+    tables: Vec<u32>,
 }
 
 impl Histogram {
-    pub(super) fn new(bins: usize) -> Self {
+    /// So many bins, for so many numbers at a time.
+    pub(super) fn new(bins: usize, numbers: usize) -> Self {
+        let all = bins + 1;
+        let are_many = numbers >= TABLES * all / 2;
         Self {
-            bins: vec![0; bins + 1],
+            bins: vec![0; all],
             held: 0,
+            tables: vec![0; if are_many { TABLES * all } else { 0 }],
         }
     }
 
@@ -35,14 +45,47 @@ impl Histogram {
         self.counts().len() as f64
     }
 
-    /// Adds one at each of these places, [`Self::beyond`] the last of them.
-    pub(super) fn add(&mut self, places: &[usize]) {
-        let beyond = self.counts().len();
-        for &at in places {
-            self.bins[at] += 1;
+    /// Adds one at each of these places, [`Self::beyond`] the last of them; to be settled before anything is asked.
+    pub(super) fn add(&mut self, places: &[u32]) {
+        let all = self.bins.len();
+        if self.tables.is_empty() {
+            for &at in places {
+                self.bins[at as usize] += 1;
+            }
+            return;
         }
-        let inside = places.iter().map(|&at| u64::from(at < beyond));
-        self.held += inside.sum::<u64>();
+        let (a, rest) = self.tables.split_at_mut(all);
+        let (b, rest) = rest.split_at_mut(all);
+        let (c, d) = rest.split_at_mut(all);
+        let (fours, rest) = places.as_chunks::<TABLES>();
+        for [at_a, at_b, at_c, at_d] in fours {
+            a[*at_a as usize] += 1;
+            b[*at_b as usize] += 1;
+            c[*at_c as usize] += 1;
+            d[*at_d as usize] += 1;
+        }
+        for &at in rest {
+            a[at as usize] += 1;
+        }
+    }
+
+    /// Takes all that was added into the bins.
+    pub(super) fn settle(&mut self) {
+        let Self {
+            bins, tables, held, ..
+        } = self;
+        wide(
+            #[inline(always)]
+            || {
+                for table in tables.chunks_exact_mut(bins.len()) {
+                    for (bin, new) in bins.iter_mut().zip(table) {
+                        *bin += u64::from(*new);
+                        *new = 0;
+                    }
+                }
+                *held = bins[..bins.len() - 1].iter().sum();
+            },
+        );
     }
 
     /// Halves every count.
@@ -95,9 +138,9 @@ impl Histogram {
 /// The whole number nearest to one that is neither negative nor beyond 2⁵²: so many that its last binary digit is a one.
 /// `round` is a call where the processor may be an old one, and takes several times as long.
 #[inline(always)]
-pub(super) fn nearest(number: f64) -> usize {
+pub(super) fn nearest(number: f64) -> u32 {
     const ONES: f64 = 4_503_599_627_370_496.0;
-    ((number + ONES).to_bits() - ONES.to_bits()) as usize
+    ((number + ONES).to_bits() - ONES.to_bits()) as u32
 }
 
 /// The shortest interval of bins in `first..=last` that holds at least half of the `inside` that all of them hold; of several,
@@ -171,17 +214,22 @@ mod tests {
 
     #[test]
     fn what_is_beyond_the_bins_is_not_held() {
-        let mut histogram = Histogram::new(4);
-        histogram.add(&[0, 3, 4, 4, 1]);
-        assert_eq!(
-            (histogram.counts(), histogram.held()),
-            (&[1, 1, 0, 1][..], 3)
-        );
-        histogram.add(&[0, 4]);
-        histogram.halve();
-        assert_eq!(
-            (histogram.counts(), histogram.held()),
-            (&[1, 0, 0, 0][..], 1)
-        );
+        // In tables, and straight into the bins.
+        for numbers in [100, 1] {
+            let mut histogram = Histogram::new(4, numbers);
+            histogram.add(&[0, 3, 4, 4, 1]);
+            histogram.settle();
+            assert_eq!(
+                (histogram.counts(), histogram.held()),
+                (&[1, 1, 0, 1][..], 3)
+            );
+            histogram.add(&[0, 4]);
+            histogram.settle();
+            histogram.halve();
+            assert_eq!(
+                (histogram.counts(), histogram.held()),
+                (&[1, 0, 0, 0][..], 1)
+            );
+        }
     }
 }

@@ -87,11 +87,11 @@ impl LevelScreen {
         Self {
             rows,
             columns,
-            bins: Histogram::new((ceiling / width).ceil() as usize + 1),
+            bins: Histogram::new((ceiling / width).ceil() as usize + 1, rows * columns),
             width,
             readings: 0,
             frames: 0,
-            differences: Histogram::new(DIFFERENCE_BINS),
+            differences: Histogram::new(DIFFERENCE_BINS, rows * columns),
             previous: vec![0.0; rows * columns],
             has_previous: false,
             fixed_baseline: options.baseline_counts,
@@ -157,10 +157,11 @@ impl LevelScreen {
     fn count(&mut self, values: &[f64], place: impl Fn(f64) -> f64) {
         let (beyond, mut places) = (self.bins.beyond(), [0; BLOCK]);
         for values in values.chunks(BLOCK) {
+            let (place, at) = (&place, &mut places);
             wide(
                 #[inline(always)]
-                || {
-                    for (&value, at) in values.iter().zip(&mut places) {
+                move || {
+                    for (&value, at) in values.iter().zip(at) {
                         let place = place(if value > 0.0 { value } else { 0.0 });
                         *at = nearest(if place < beyond { place } else { beyond });
                     }
@@ -168,6 +169,7 @@ impl LevelScreen {
             );
             self.bins.add(&places[..values.len()]);
         }
+        self.bins.settle();
     }
 
     /// Baseline and noise so far. `None` while too few readings are unloaded to tell (a recording of
@@ -200,10 +202,11 @@ impl LevelScreen {
         let (beyond, mut places) = (self.differences.beyond(), [0; BLOCK]);
         let pairs = values.chunks(BLOCK).zip(self.previous.chunks(BLOCK));
         for (now, before) in pairs {
+            let at = &mut places;
             wide(
                 #[inline(always)]
-                || {
-                    for ((now, before), at) in now.iter().zip(before).zip(&mut places) {
+                move || {
+                    for ((now, before), at) in now.iter().zip(before).zip(at) {
                         let far = |value: f64| (value - baseline).abs();
                         let is_one = (far(*now) <= reach) & (far(*before) <= reach);
                         let place = if is_one { (now - before).abs() } else { beyond };
@@ -213,6 +216,7 @@ impl LevelScreen {
             );
             self.differences.add(&places[..now.len()]);
         }
+        self.differences.settle();
     }
 
     /// Baseline from the mode, noise from the spread below it; and whether the noise is cut off at 0.
