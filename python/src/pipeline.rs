@@ -11,6 +11,7 @@ use pyo3::types::PyDict;
 use taxel::pipeline::Repair;
 use taxel::screen::{FrameScreen, Level, LineFaults, LineScreen};
 use taxel::{Counts, Frame, Mark};
+use taxel_app::conversion::block_frames;
 use taxel_app::executor::cores;
 use taxel_app::in_order::in_order;
 use taxel_app::methods::MethodName;
@@ -21,10 +22,6 @@ use crate::interrupt::{Stop, interruptible};
 use crate::sensor::Sensor;
 use block::{Block, Input, Results, Solving, Wanted, Worker};
 
-/// Frames of a block, at most: a block begins cold, whatever the number of cores, so that results do not hang on it.
-const BLOCK_FRAMES: usize = 32;
-/// Numbers of a block, at most.
-const BLOCK_NUMBERS: usize = 1 << 19;
 /// How often a thread looks whether another has done its work with the same pipeline.
 const LOOK: Duration = Duration::from_millis(1);
 
@@ -287,7 +284,7 @@ impl State {
         results: &mut Results,
     ) -> PyResult<()> {
         let (sensor, ..) = making;
-        let each = (BLOCK_NUMBERS / crossings(&sensor.sensor)).clamp(1, BLOCK_FRAMES);
+        let each = block_frames(crossings(&sensor.sensor));
         let blocks = source.count.div_ceil(each);
         // What loads remember goes from frame to frame, and so from block to block.
         let is_stream = blocks <= 1 || self.workers[0].chain.remembers();

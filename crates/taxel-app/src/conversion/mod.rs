@@ -33,6 +33,11 @@ const BLOCK_NUMBERS: usize = 1 << 19;
 /// The same of a block that no other thread waits for: what was read into it is still near the processor when it is worked on.
 const NEAR_NUMBERS: usize = 1 << 15;
 
+/// Frames of so many taxels each that make a block.
+pub fn block_frames(taxels: usize) -> usize {
+    (BLOCK_NUMBERS / taxels).clamp(1, BLOCK_FRAMES)
+}
+
 /// What is to be made of each frame of a recording.
 #[derive(Clone, Copy)]
 pub struct Request<'a> {
@@ -161,7 +166,7 @@ impl<'a> Conversion<'a> {
         } = self.request;
         let remembers = self.first.chain.remembers();
         let taxels = sensor.rows() * sensor.columns();
-        let each = (BLOCK_NUMBERS / taxels).clamp(1, BLOCK_FRAMES);
+        let each = block_frames(taxels);
         let threads = if remembers || promptly {
             1
         } else {

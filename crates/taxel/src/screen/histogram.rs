@@ -22,6 +22,7 @@ impl Histogram {
     /// So many bins, for so many numbers at a time.
     pub(super) fn new(bins: usize, numbers: usize) -> Self {
         let all = bins + 1;
+        // All places of the tables are gone through when they are taken into the bins: not for a few numbers.
         let are_many = numbers >= TABLES * all / 2;
         Self {
             bins: vec![0; all],
@@ -71,9 +72,7 @@ impl Histogram {
 
     /// Takes all that was added into the bins.
     pub(super) fn settle(&mut self) {
-        let Self {
-            bins, tables, held, ..
-        } = self;
+        let Self { bins, held, tables } = self;
         wide(
             #[inline(always)]
             || {

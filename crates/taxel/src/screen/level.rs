@@ -158,6 +158,7 @@ impl LevelScreen {
         let (beyond, mut places) = (self.bins.beyond(), [0; BLOCK]);
         for values in values.chunks(BLOCK) {
             let (place, at) = (&place, &mut places);
+            // Moved in, as below: what is borrowed might change with each place written, and is looked at again.
             wide(
                 #[inline(always)]
                 move || {
