@@ -110,6 +110,8 @@ class Recording:
             chunk = self._chunk(found)
             count += len(chunk.values)
             yield chunk
+            if len(chunk.values) < frames:
+                break
         self._frames = count
         self._events, self._missing = reader.events(), reader.missing()
         self._was_gone_through = True

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind, Read};
 
 use crate::plain::{self, Kept};
 
-const FIRST_BUFFER: usize = 256 * 1024;
+const FIRST_BUFFER: usize = 64 * 1024;
 /// Bytes of the buffer before all lines and behind them that are no line's: whoever reads several at a time may look at them.
 const BEFORE: usize = plain::BEFORE;
 const BEHIND: usize = plain::BEHIND;
@@ -118,11 +118,16 @@ impl<R: Read> Lines<R> {
         lines: usize,
         rest: impl Iterator<Item = &'a [u8]>,
     ) {
-        self.buffer.truncate(BEFORE);
-        rest.for_each(|piece| self.buffer.extend_from_slice(piece));
-        (self.start, self.end) = (BEFORE, self.buffer.len());
-        let room = (self.end + BEHIND).max(FIRST_BUFFER);
-        self.buffer.resize(room, 0);
+        (self.start, self.end) = (BEFORE, BEFORE);
+        for piece in rest {
+            let begin = self.end;
+            self.end += piece.len();
+            // What is there is written over, not cleared first.
+            if self.buffer.len() < self.end + BEHIND {
+                self.buffer.resize(self.end + BEHIND, 0);
+            }
+            self.buffer[begin..self.end].copy_from_slice(piece);
+        }
         self.bytes += bytes as u64;
         self.number += lines as u64;
         self.last = Line::End;

@@ -5,8 +5,12 @@
 mod narrow;
 #[cfg(target_arch = "x86_64")]
 mod wide;
+#[cfg(target_arch = "x86_64")]
+mod widest;
 
 use std::ops::Range;
+
+use pulp::NullaryFnOnce;
 
 /// Bytes whose commas are looked for at once.
 const BLOCK: usize = 64;
@@ -61,11 +65,46 @@ pub(crate) fn read_cells<T: Kept>(
 
 /// By the widest registers that this processor has.
 fn numbers<T: Kept>(text: &[u8], line: Range<usize>, part: u8, out: &mut [T]) -> Option<()> {
+    let job = Job {
+        text,
+        line,
+        part,
+        out,
+    };
     #[cfg(target_arch = "x86_64")]
-    if let Some(way) = *wide::WAY {
-        return way.numbers(text, line, part, out);
+    if let Some(way) = *widest::WAY {
+        return way.0.vectorize(job.by(way));
+    } else if let Some(way) = *wide::WAY {
+        return way.0.vectorize(job.by(way));
     }
-    numbers_by(narrow::Words, text, line, part, out)
+    job.by(narrow::Words).call()
+}
+
+/// Numbers of a line to be read.
+struct Job<'a, T> {
+    text: &'a [u8],
+    line: Range<usize>,
+    part: u8,
+    out: &'a mut [T],
+}
+
+/// The same by registers of one kind, for which all that is inlined is compiled.
+struct ByWay<'a, T, W>(Job<'a, T>, W);
+
+impl<'a, T: Kept> Job<'a, T> {
+    fn by<W: Way>(self, way: W) -> ByWay<'a, T, W> {
+        ByWay(self, way)
+    }
+}
+
+impl<T: Kept, W: Way> NullaryFnOnce for ByWay<'_, T, W> {
+    type Output = Option<()>;
+
+    #[inline(always)]
+    fn call(self) -> Option<()> {
+        let Self(job, way) = self;
+        numbers_by(way, job.text, job.line, job.part, job.out)
+    }
 }
 
 /// How numbers are cut out of a block of text, and computed.
@@ -202,15 +241,27 @@ mod tests {
         read_line(&text, BEFORE..BEFORE + line.len(), out, most)
     }
 
-    /// The same with the registers that every processor has.
-    fn read_narrow(line: &[u8], around: u8, numbers: usize, most: u16) -> Option<Vec<u16>> {
+    /// The same with registers of every kind that there is.
+    fn read_each_way(line: &[u8], around: u8, numbers: usize, most: u16) -> Vec<Option<Vec<u16>>> {
         let text = [&[around; BEFORE], line, &[around; BEHIND]].concat();
-        let mut out = vec![0; numbers];
-        let range = BEFORE..BEFORE + line.len();
-        let is_read = !line.is_empty()
-            && numbers_by(narrow::Words, &text, range, b',', &mut out).is_some()
-            && out.iter().all(|number| *number <= most);
-        is_read.then_some(out)
+        let read = |by: &dyn Fn(Job<'_, u16>) -> Option<()>| {
+            let mut out = vec![0; numbers];
+            let job = Job {
+                text: &text,
+                line: BEFORE..BEFORE + line.len(),
+                part: b',',
+                out: &mut out,
+            };
+            let is_read = !line.is_empty() && by(job).is_some();
+            (is_read && out.iter().all(|number| *number <= most)).then_some(out)
+        };
+        let mut found = vec![read(&|job| job.by(narrow::Words).call())];
+        #[cfg(target_arch = "x86_64")]
+        {
+            found.extend(wide::WAY.map(|way| read(&|job| way.0.vectorize(job.by(way)))));
+            found.extend(widest::WAY.map(|way| read(&|job| way.0.vectorize(job.by(way)))));
+        }
+        found
     }
 
     /// What is read is what the careful reader reads, and what is plain is read.
@@ -220,8 +271,10 @@ mod tests {
         let wanted = parse_line(line, &mut careful, Rule::Counts { maximum });
         let (mut counts, mut values) = (vec![0u16; numbers], vec![0.0; numbers]);
         let is_read = read(line, around, &mut counts, most);
-        let narrow = read_narrow(line, around, numbers, most);
-        prop_assert_eq!(is_read.then(|| counts.clone()), narrow);
+        let wanted_each_way = is_read.then(|| counts.clone());
+        for found in read_each_way(line, around, numbers, most) {
+            prop_assert_eq!(&wanted_each_way, &found);
+        }
         prop_assert_eq!(is_read, read(line, around, &mut values, maximum));
         if is_read {
             prop_assert!(wanted.is_ok());

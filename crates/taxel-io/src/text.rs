@@ -74,13 +74,15 @@ impl<R: Read + Send> FrameSource<Counts> for TextReader<R> {
         out: &mut Vec<u16>,
         executor: &dyn Executor,
     ) -> Result<Range<u64>, Error> {
+        let total = self.total;
+        let left = total.map(|total| total.saturating_sub(self.grid.bytes()));
         // Room for all of them at once, by the bytes of a frame so far: a block that grows is copied, or its pages are new again.
-        if let Some((total, each)) = self.total.zip(self.grid.frame_bytes()) {
-            let frames = total.saturating_sub(self.grid.bytes()) / each + 1;
+        if let Some((left, each)) = left.zip(self.grid.frame_bytes()) {
+            let frames = left / each + 1;
             let frames = usize::try_from(frames).map_or(most, |frames| frames.min(most));
             out.reserve(frames.saturating_mul(self.shape.0 * self.shape.1));
         }
-        self.grid.next_counts(most, out, executor)
+        self.grid.next_counts((most, left), out, executor)
     }
     fn skipped(&self) -> usize {
         self.grid.skips().count

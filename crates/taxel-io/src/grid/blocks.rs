@@ -28,11 +28,11 @@ pub(super) struct Plain {
 }
 
 impl<R: Read + Send> Grid<R> {
-    /// Reads plain frames, at most so many, behind `out`: their positions. Who unwinds out of the executor has lost them, and
-    /// cannot read on.
+    /// Reads plain frames, at most so many, behind `out`: their positions. `left`: bytes of the text that are left, where that is
+    /// known. Who unwinds out of the executor has lost the frames, and cannot read on.
     pub(crate) fn next_counts(
         &mut self,
-        most: usize,
+        (most, left): (usize, Option<u64>),
         out: &mut Vec<u16>,
         executor: &dyn Executor,
     ) -> Result<Range<u64>, Error> {
@@ -50,7 +50,7 @@ impl<R: Read + Send> Grid<R> {
         }
         while let wanted = most - (self.frame - first) as usize
             && wanted > 0
-            && self.block(wanted, out, executor)?
+            && self.block((wanted, left), out, executor)?
         {}
         Ok(first..self.frame)
     }
@@ -58,7 +58,7 @@ impl<R: Read + Send> Grid<R> {
     /// Reads plain frames, at most so many; whether there may be more.
     fn block(
         &mut self,
-        wanted: usize,
+        (wanted, left): (usize, Option<u64>),
         out: &mut Vec<u16>,
         executor: &dyn Executor,
     ) -> Result<bool, Error> {
@@ -72,7 +72,9 @@ impl<R: Read + Send> Grid<R> {
             most: maximum.min(f64::from(u16::MAX)) as u16,
             lines: wanted.saturating_mul(self.frame_lines),
             // By the frames so far.
-            bytes: (wanted as u64).saturating_mul(self.frame_bytes().unwrap_or(0)),
+            bytes: (wanted as u64)
+                .saturating_mul(self.frame_bytes().unwrap_or(0))
+                .min(left.unwrap_or(u64::MAX)),
         };
         let Some(from) = self.lines.held() else {
             return Ok(false);
@@ -136,6 +138,7 @@ impl Plain {
 mod tests {
     use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
     use std::path::Path;
+    use std::sync::atomic::{AtomicUsize, Ordering};
 
     use proptest::prelude::*;
     use taxel::parallel::Serial;
@@ -143,6 +146,19 @@ mod tests {
 
     use super::*;
     use crate::ReadOptions;
+
+    /// A thread for each job.
+    struct ThreadEach;
+
+    impl Executor for ThreadEach {
+        fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
+            std::thread::scope(|scope| {
+                for i in 0..jobs {
+                    scope.spawn(move || job(i));
+                }
+            });
+        }
+    }
 
     /// What is read of a text: values and positions, in the end what is wrong, and the bytes that were read.
     type Found = (Vec<(u64, Vec<f64>)>, Option<String>, u64, Vec<String>);
@@ -155,7 +171,9 @@ mod tests {
         loop {
             if let Some(most) = most {
                 let mut out = vec![7];
-                let read = grid.next_counts(most, &mut out, &Serial).unwrap();
+                let read = grid
+                    .next_counts((most, None), &mut out, &ThreadEach)
+                    .unwrap();
                 assert!(out[0] == 7 && read.end - read.start <= most as u64);
                 let each = out[1..].chunks(options.rows * options.columns);
                 assert_eq!(each.len() as u64, read.end - read.start);
@@ -231,7 +249,10 @@ mod tests {
             let mut frame = Frame::<Counts>::zeros(2, 3);
             assert!(grid.next_into(&mut frame).unwrap());
             let mut out = Vec::new();
-            assert_eq!(grid.next_counts(79, &mut out, &Serial).unwrap(), plain);
+            assert_eq!(
+                grid.next_counts((79, None), &mut out, &Serial).unwrap(),
+                plain
+            );
             let row = [1, count as u16, 10000, 65535, 9999, 0];
             assert_eq!(out, row.repeat((plain.end - 1) as usize));
         }
@@ -246,22 +267,36 @@ mod tests {
         let mut grid = Grid::new(text.as_bytes(), Path::new("a"), options, rule).unwrap();
         let mut frame = Frame::<Counts>::zeros(64, 3);
         let mut out = Vec::new();
-        assert_eq!(grid.next_counts(100, &mut out, &Serial).unwrap(), 0..0);
+        assert_eq!(
+            grid.next_counts((100, None), &mut out, &Serial).unwrap(),
+            0..0
+        );
         assert!(grid.next_into(&mut frame).unwrap());
-        assert_eq!(grid.next_counts(9, &mut out, &Serial).unwrap(), 1..10);
-        assert_eq!(grid.next_counts(100, &mut out, &Serial).unwrap(), 10..50);
+        assert_eq!(
+            grid.next_counts((9, None), &mut out, &Serial).unwrap(),
+            1..10
+        );
+        assert_eq!(
+            grid.next_counts((100, None), &mut out, &Serial).unwrap(),
+            10..50
+        );
         assert_eq!(out, [1, 22, 333].repeat(64 * 49));
         assert_eq!(grid.bytes(), text.len() as u64);
         assert!(!grid.next_into(&mut frame).unwrap());
     }
 
-    /// Does half of the jobs, and wants no more.
-    struct Stopping;
+    /// Wants no more after some steps.
+    struct Stopping(AtomicUsize);
 
     impl Executor for Stopping {
         fn each(&self, jobs: usize, job: &(dyn Fn(usize) + Sync)) {
-            (0..jobs / 2).for_each(job);
-            resume_unwind(Box::new("stopped"));
+            (0..jobs).for_each(job);
+        }
+
+        fn step(&self) {
+            if self.0.fetch_add(1, Ordering::Relaxed) == 5 {
+                resume_unwind(Box::new("stopped"));
+            }
         }
     }
 
@@ -275,7 +310,7 @@ mod tests {
         assert!(grid.next_into(&mut frame).unwrap());
         let mut out = Vec::new();
         let stopped = catch_unwind(AssertUnwindSafe(|| {
-            grid.next_counts(300, &mut out, &Stopping)
+            grid.next_counts((300, None), &mut out, &Stopping(AtomicUsize::new(0)))
         }));
         assert!(stopped.is_err());
         let error = grid.next_into(&mut frame).unwrap_err().to_string();

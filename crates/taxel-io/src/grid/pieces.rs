@@ -10,10 +10,12 @@ use taxel::Executor;
 use crate::lines::read_some;
 use crate::plain::{BEFORE, BEHIND, read_line};
 
-/// Bytes that one thread reads in one go,
+/// Bytes that a thread reads in one go.
 const PIECE: usize = if cfg!(test) { 1 << 7 } else { 1 << 17 };
-/// and how many times that is done at most before anyone looks at what is there.
-const MOST_PIECES: u64 = if cfg!(test) { 8 } else { 1 << 12 };
+/// For each so many bytes another thread: it takes as long to begin as some of them to read. And no more threads than these, where
+/// nobody knows how many bytes there are.
+const BYTES_OF_A_THREAD: u64 = if cfg!(test) { 1 << 9 } else { 1 << 21 };
+const MOST_THREADS: u64 = 64;
 
 /// What is read of a text.
 pub(super) struct Wanted {
@@ -93,19 +95,22 @@ impl Pieces {
         let feed = Mutex::new(Feed::new(reader, &mut self.tail));
         let taken = Mutex::new(Taken::new(out, wanted));
         let is_over = AtomicBool::new(false);
-        let jobs = (wanted.bytes / PIECE as u64 + 2).min(MOST_PIECES) as usize;
-        executor.each(jobs, &|_| {
-            let mut piece = lock(&free).pop().unwrap_or_default();
-            let mut feed = lock(&feed);
-            if feed.has_ended || is_over.load(Ordering::Relaxed) {
-                return lock(&free).push(piece);
+        let threads = (wanted.bytes / BYTES_OF_A_THREAD + 1).min(MOST_THREADS) as usize;
+        executor.each(threads, &|_| {
+            while !is_over.load(Ordering::Relaxed) {
+                executor.step();
+                let mut piece = lock(&free).pop().unwrap_or_default();
+                let mut feed = lock(&feed);
+                if feed.has_ended {
+                    return lock(&free).push(piece);
+                }
+                let place = feed.fill(&mut piece);
+                drop(feed);
+                piece.read(wanted.columns, wanted.most);
+                let mut taken = lock(&taken);
+                taken.add(place, piece, &mut lock(&free));
+                is_over.store(taken.is_over, Ordering::Relaxed);
             }
-            let place = feed.fill(&mut piece);
-            drop(feed);
-            piece.read(wanted.columns, wanted.most);
-            let mut taken = lock(&taken);
-            taken.add(place, piece, &mut lock(&free));
-            is_over.store(taken.is_over, Ordering::Relaxed);
         });
         let (feed, taken) = (unlocked(feed), unlocked(taken));
         match feed.error {
@@ -158,13 +163,13 @@ impl<'a, R: Read> Feed<'a, R> {
     fn fill(&mut self, piece: &mut Piece) -> usize {
         let Piece { text, bytes, .. } = piece;
         let held = BEFORE + self.tail.len();
-        if text.len() < held + PIECE + BEHIND {
-            text.resize(held + PIECE + BEHIND, 0);
-        }
+        // What is held first may be as much as is read in one go.
+        let full = (BEFORE + PIECE).max(held);
+        make_room(text, full + BEHIND);
         text[BEFORE..held].copy_from_slice(self.tail);
         let mut end = held;
-        while !self.has_ended && end < held + PIECE {
-            match read_some(self.reader, &mut text[end..held + PIECE]) {
+        while !self.has_ended && end < full {
+            match read_some(self.reader, &mut text[end..full]) {
                 Ok(read) => {
                     self.has_ended = read == 0;
                     end += read;
@@ -190,6 +195,8 @@ impl Piece {
     fn read(&mut self, columns: usize, most: u16) {
         (self.lines, self.read) = (0, self.bytes.start);
         let text = &self.text[..];
+        // A number and what ends it are two bytes at least. What is there is written over, not cleared first.
+        make_room(&mut self.numbers, self.bytes.len() / 2 + columns);
         let mut used = 0;
         while self.read < self.bytes.end {
             let Some(length) = memchr::memchr(b'\n', &text[self.read..self.bytes.end]) else {
@@ -197,11 +204,9 @@ impl Piece {
             };
             let returns = text[self.read..self.read + length].iter().rev();
             let returns = returns.take_while(|byte| **byte == b'\r').count();
-            if self.numbers.len() < used + columns {
-                // Grown by more than one line, and never cleared: what is there is written over.
-                self.numbers.resize(2 * used + columns, 0);
-            }
-            let out = &mut self.numbers[used..used + columns];
+            let Some(out) = self.numbers.get_mut(used..used + columns) else {
+                break;
+            };
             if !read_line(text, self.read..self.read + length - returns, out, most) {
                 break;
             }
@@ -320,6 +325,15 @@ impl<'a> Taken<'a> {
             }
             free.push(piece);
         }
+    }
+}
+
+/// Grows a block of memory whose content is of no use. New memory is taken from the system as it is: zeros, of which a page that
+/// nobody writes to costs nothing.
+fn make_room<T: Copy + Default>(block: &mut Vec<T>, length: usize) {
+    if block.len() < length {
+        *block = Vec::new();
+        *block = vec![T::default(); length];
     }
 }
 

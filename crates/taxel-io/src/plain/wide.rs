@@ -1,14 +1,12 @@
 //! With registers of 32 bytes: of nearly every x86 processor since 2013.
 
 use std::arch::x86_64::__m256i;
-use std::ops::Range;
 use std::sync::LazyLock;
 
-use pulp::NullaryFnOnce;
 use pulp::x86::V3;
 
 use super::narrow::four;
-use super::{BLOCK, HELD, Kept, MOST, Way, Window, numbers_by};
+use super::{BLOCK, HELD, Kept, MOST, Way, Window};
 
 /// So many are cut out, and computed, in one go.
 const STEP: usize = 8;
@@ -21,7 +19,7 @@ pub(super) static WAY: LazyLock<Option<Registers>> = LazyLock::new(|| V3::try_ne
 
 /// Thirty-two bytes at a time.
 #[derive(Clone, Copy)]
-pub(super) struct Registers(V3);
+pub(super) struct Registers(pub(super) V3);
 
 /// Numbers cut out of a text.
 pub(super) struct Cut {
@@ -32,38 +30,6 @@ pub(super) struct Cut {
 }
 
 impl Registers {
-    /// Compiled for these registers, with all that is inlined.
-    pub(super) fn numbers<T: Kept>(
-        self,
-        text: &[u8],
-        line: Range<usize>,
-        part: u8,
-        out: &mut [T],
-    ) -> Option<()> {
-        struct Job<'a, T> {
-            way: Registers,
-            text: &'a [u8],
-            line: Range<usize>,
-            part: u8,
-            out: &'a mut [T],
-        }
-        impl<T: Kept> NullaryFnOnce for Job<'_, T> {
-            type Output = Option<()>;
-
-            #[inline(always)]
-            fn call(self) -> Option<()> {
-                numbers_by(self.way, self.text, self.line, self.part, self.out)
-            }
-        }
-        self.0.vectorize(Job {
-            way: self,
-            text,
-            line,
-            part,
-            out,
-        })
-    }
-
     /// The same number in all places.
     #[inline(always)]
     fn all(self, number: i32) -> __m256i {
