@@ -4,6 +4,7 @@ use std::io::{self, ErrorKind, Read};
 
 use crate::plain::{self, Kept};
 
+/// Bytes that are read at once, until a line needs more.
 const FIRST_BUFFER: usize = 64 * 1024;
 /// Bytes of the buffer before all lines and behind them that are no line's: whoever reads several at a time may look at them.
 const BEFORE: usize = plain::BEFORE;

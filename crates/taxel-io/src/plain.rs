@@ -208,6 +208,24 @@ fn add_fifths<W: Way>(
     }
 }
 
+/// Puts numbers, computed of what was cut out, into the first places; those that are left. `None` where one is above [`MOST`].
+#[inline(always)]
+fn put<'a, T: Kept>(
+    cut: &[u32],
+    number: impl Fn(u32) -> u32,
+    places: &'a mut [T],
+) -> Option<&'a mut [T]> {
+    let (filled, rest) = places.split_at_mut_checked(cut.len())?;
+    let mut largest = 0;
+    for (place, cut) in filled.iter_mut().zip(cut) {
+        let number = number(*cut);
+        largest |= number;
+        *place = T::of(number);
+    }
+    // What has no bit above those of the largest is not larger: these are all that are below.
+    (largest <= MOST).then_some(rest)
+}
+
 /// What is out of the usual in a block.
 struct Misfits {
     /// Not zero where a number has no digit or more than five.

@@ -1,6 +1,6 @@
 //! With registers of eight bytes, which every processor has.
 
-use super::{BLOCK, DIGITS, HELD, Kept, MOST, Way, Window};
+use super::{BLOCK, DIGITS, HELD, Kept, Way, Window, put};
 use crate::words::{no_digits, others};
 
 /// So many are cut out in one go.
@@ -77,25 +77,7 @@ impl Way for Words {
         count: usize,
         places: &'a mut [T],
     ) -> Option<&'a mut [T]> {
-        let (filled, rest) = places.split_at_mut_checked(count)?;
-        let mut largest = 0;
-        let (eights, last) = filled.as_chunks_mut::<8>();
-        let (numbers, _) = cut.as_chunks::<8>();
-        for (eight, cut) in eights.iter_mut().zip(numbers) {
-            // No `map` of an array: it is not inlined.
-            for (place, digits) in eight.iter_mut().zip(cut) {
-                let number = number(*digits);
-                largest |= number;
-                *place = T::of(number);
-            }
-        }
-        for (place, digits) in last.iter_mut().zip(&cut[count & !7..]) {
-            let number = number(*digits);
-            largest |= number;
-            *place = T::of(number);
-        }
-        // What has no bit above those of the largest is not larger: these are all that are below.
-        (largest <= MOST).then_some(rest)
+        put(cut.get(..count)?, number, places)
     }
 }
 

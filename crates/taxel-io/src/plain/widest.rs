@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use pulp::x86::V4;
 
-use super::{BLOCK, HELD, Kept, MOST, Way, Window};
+use super::{BLOCK, DIGITS, HELD, Kept, Way, Window, put};
 
 /// Bytes that are looked at in one go.
 const STEP: usize = 16;
@@ -91,7 +91,7 @@ impl Way for Registers {
         cut: &mut Self::Cut,
         first: usize,
     ) -> Option<usize> {
-        const { assert!(super::DIGITS == 4) };
+        const { assert!(DIGITS == 4) };
         // From the fourth byte before the block on, and from the fourth of it on.
         let early = self.digits(window, 0, !(ends << 4 | before >> 60))?;
         let late = self.digits(window, 8, !(ends >> 4))?;
@@ -123,13 +123,6 @@ impl Way for Registers {
         count: usize,
         places: &'a mut [T],
     ) -> Option<&'a mut [T]> {
-        let (filled, rest) = places.split_at_mut_checked(count)?;
-        let mut largest = 0;
-        for (place, number) in filled.iter_mut().zip(cut.get(..count)?) {
-            largest |= number;
-            *place = T::of(*number);
-        }
-        // What has no bit above those of the largest is not larger: these are all that are below.
-        (largest <= MOST).then_some(rest)
+        put(cut.get(..count)?, |number| number, places)
     }
 }
