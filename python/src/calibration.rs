@@ -34,6 +34,8 @@ pub(crate) struct Labelled<'py> {
     row: PyReadonlyArray1<'py, i64>,
     column: PyReadonlyArray1<'py, i64>,
     load_newtons: PyReadonlyArray1<'py, f64>,
+    uniform_frames: Option<Bound<'py, PyAny>>,
+    uniform_newtons: PyReadonlyArray1<'py, f64>,
 }
 
 impl Labelled<'_> {
@@ -46,9 +48,64 @@ impl Labelled<'_> {
             column: self.column.as_array(),
             load_newtons: self.load_newtons.as_array(),
         };
-        interruptible(self.frames.py(), |stop| labels.data(numbers, sensor, stop))?
-            .map_err(errors::array)
+        let take = |frames| Frames::take(frames, sensor);
+        let uniform = self.uniform_frames.as_ref().map(take).transpose()?;
+        let uniform = uniform.as_ref().map(Frames::numbers).transpose()?;
+        let newtons = self.uniform_newtons.as_array();
+        interruptible(self.frames.py(), |stop| -> Result<_, String> {
+            let mut data = labels.data(numbers, sensor, stop)?;
+            if let Some(uniform) = uniform {
+                let frames = frames_of(uniform, sensor, stop);
+                data.uniform = with_loads(
+                    frames.map_err(|why| format!("uniform_frames: {why}"))?,
+                    newtons,
+                )?;
+            }
+            Ok(data)
+        })?
+        .map_err(errors::array)
     }
+}
+
+/// All frames of counts.
+fn frames_of(
+    numbers: Numbers<'_>,
+    sensor: &taxel::Sensor,
+    stop: &Stop,
+) -> Result<Vec<Frame<Counts>>, String> {
+    let range = Range::Counts(sensor.max_count());
+    let one = |at: usize| {
+        stop.check();
+        let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
+        numbers.copy_frame(at, sensor.columns(), range, frame.values_mut())?;
+        sensor.mark_absent(frame.marks_mut());
+        frame.sequence = at as u64;
+        Ok(frame)
+    };
+    (0..numbers.len() / crossings(sensor)).map(one).collect()
+}
+
+/// Frames under uniform loads with the load on every taxel, grams.
+fn with_loads(
+    frames: Vec<Frame<Counts>>,
+    newtons: ArrayView1<'_, f64>,
+) -> Result<Vec<(Frame<Counts>, f64)>, String> {
+    if frames.len() != newtons.len() {
+        return Err(format!(
+            "{} uniform frames and {} loads: one of each belongs together",
+            frames.len(),
+            newtons.len()
+        ));
+    }
+    let grams = |(at, newtons): (usize, &f64)| {
+        let grams = grams_from_newtons(*newtons);
+        let is_load = grams.is_finite() && grams >= 0.0;
+        is_load
+            .then_some(grams)
+            .ok_or_else(|| format!("uniform frame {at}: {newtons} N on every taxel is none"))
+    };
+    let loads: Result<Vec<f64>, String> = newtons.iter().enumerate().map(grams).collect();
+    Ok(frames.into_iter().zip(loads?).collect())
 }
 
 /// The same without Python.
@@ -66,16 +123,10 @@ impl Labels<'_> {
         sensor: &taxel::Sensor,
         stop: &Stop,
     ) -> Result<CalibrationData, String> {
-        let mut data = CalibrationData::default();
-        for at in 0..numbers.len() / crossings(sensor) {
-            let mut frame = Frame::<Counts>::zeros(sensor.rows(), sensor.columns());
-            let range = Range::Counts(sensor.max_count());
-            stop.check();
-            numbers.copy_frame(at, sensor.columns(), range, frame.values_mut())?;
-            sensor.mark_absent(frame.marks_mut());
-            frame.sequence = at as u64;
-            data.frames.push(frame);
-        }
+        let mut data = CalibrationData {
+            frames: frames_of(numbers, sensor, stop)?,
+            ..CalibrationData::default()
+        };
         let (frame, row) = (&self.frame, &self.row);
         let (column, load) = (&self.column, &self.load_newtons);
         let counts = [frame.len(), row.len(), column.len(), load.len()];
@@ -195,8 +246,12 @@ pub(crate) fn calibrate(
         let mut tell = |stage: &str, share: f64| {
             stop.check();
             if let Some(progress) = &progress {
-                // What a bar cannot show is no reason to lose a fit.
-                let _ = Python::attach(|py| progress.call1(py, (stage, share)));
+                // What a bar cannot show is no reason to lose a fit, but is told.
+                Python::attach(|py| {
+                    if let Err(error) = progress.call1(py, (stage, share)) {
+                        error.write_unraisable(py, Some(progress.bind(py)));
+                    }
+                });
             }
         };
         calibrate_with(known, &data, &options, &StoppableThreads(stop), &mut tell)

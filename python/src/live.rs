@@ -9,7 +9,7 @@ use numpy::{IntoPyArray, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel_acquire::Address;
-use taxel_acquire::transport::State as Link;
+use taxel_acquire::protocol::LinkStats;
 use taxel_app::methods::MethodName;
 use taxel_app::sensor_source;
 use taxel_app::session::{LiveFrame, Session, SessionOptions};
@@ -24,8 +24,27 @@ const LOOK: Duration = Duration::from_millis(20);
 #[pyclass(frozen, module = "taxel._taxel", subclass)]
 pub(crate) struct Stream {
     session: Mutex<Option<Session>>,
+    /// What was counted when it was closed.
+    counted: Mutex<Counted>,
     waiting: Arc<Waiting>,
     sensor: Sensor,
+}
+
+/// What happened to frames before they were solved.
+#[derive(Clone, Copy, Default)]
+struct Counted {
+    link: LinkStats,
+    /// The inverse was slower.
+    left_out: u64,
+}
+
+impl Counted {
+    fn of(session: &Session) -> Self {
+        Self {
+            link: session.link_stats(),
+            left_out: session.left_out(),
+        }
+    }
 }
 
 /// What came and was not taken yet.
@@ -57,7 +76,7 @@ struct Taken {
 
 impl Waiting {
     fn lock(&self) -> MutexGuard<'_, Queue> {
-        self.frames.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.frames)
     }
 
     fn push(&self, frame: &LiveFrame) {
@@ -111,6 +130,10 @@ impl Taken {
     }
 }
 
+fn lock<T>(held: &Mutex<T>) -> MutexGuard<'_, T> {
+    held.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
 #[pymethods]
 impl Stream {
     #[new]
@@ -152,6 +175,7 @@ impl Stream {
             .map_err(errors::of_app)?;
         Ok(Self {
             session: Mutex::new(Some(session)),
+            counted: Mutex::default(),
             waiting,
             sensor,
         })
@@ -199,16 +223,13 @@ impl Stream {
 
     /// Whether the source has no more frames to give; some may still wait to be taken.
     fn has_ended(&self) -> bool {
-        let session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
-        session
-            .as_ref()
-            .is_none_or(|session| session.state().0 == Link::Ended)
+        let session = lock(&self.session);
+        session.as_ref().is_none_or(Session::has_ended)
     }
 
     /// How the source stands, in words.
     fn state(&self) -> String {
-        let session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
-        let state = session.as_ref().map(|session| session.state());
+        let state = lock(&self.session).as_ref().map(Session::state);
         state.map_or("closed".to_owned(), |(link, text)| {
             if text.is_empty() {
                 link.word().to_owned()
@@ -218,17 +239,17 @@ impl Stream {
         })
     }
 
-    /// Frames received, lost, corrupt and repeated on the way; those left out because Python was slower.
+    /// Frames received, lost, corrupt and repeated on the way; those left out because the inverse was slower, or Python.
     fn statistics<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);
-        {
-            let session = self.session.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(session) = session.as_ref() {
-                let link = session.link_stats();
-                dict.set_item("received", link.frames)?;
-                dict.set_item("troubles", link.troubles())?;
-            }
-        }
+        let now = lock(&self.session).as_ref().map(Counted::of);
+        let counted = now.unwrap_or_else(|| *lock(&self.counted));
+        dict.set_item("received", counted.link.frames)?;
+        dict.set_item("lost", counted.link.lost)?;
+        dict.set_item("corrupt", counted.link.corrupt)?;
+        dict.set_item("repeated", counted.link.repeated)?;
+        dict.set_item("left_out", counted.left_out)?;
+        dict.set_item("troubles", counted.link.troubles())?;
         let queue = self.waiting.lock();
         dict.set_item("solved", queue.came)?;
         dict.set_item("dropped", queue.dropped)?;
@@ -239,13 +260,10 @@ impl Stream {
     /// Ends the source; a recording is whole when this returns.
     fn close(&self, py: Python<'_>) {
         py.detach(|| {
-            let session = self
-                .session
-                .lock()
-                .unwrap_or_else(PoisonError::into_inner)
-                .take();
+            let session = lock(&self.session).take();
             if let Some(mut session) = session {
                 session.end();
+                *lock(&self.counted) = Counted::of(&session);
             }
             self.waiting.lock().frames.clear();
         });

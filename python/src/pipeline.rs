@@ -5,7 +5,7 @@ mod block;
 use std::sync::{Mutex, MutexGuard, TryLockError};
 use std::time::Duration;
 
-use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use numpy::{PyReadonlyArray1, PyReadonlyArray3, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::pipeline::Repair;
@@ -88,13 +88,7 @@ impl Pipeline {
     /// Forgets all frames before.
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
         interruptible(py, |stop| {
-            let state = &mut *self.state(stop);
-            state.screen = FrameScreen::from_sensor(&self.sensor.sensor);
-            state.screen.set_lines(&state.faults);
-            state.level = state.faults.level;
-            for worker in &mut state.workers {
-                worker.chain.begin_anew();
-            }
+            self.state(stop).begin_anew(&self.sensor.sensor);
         })
     }
 
@@ -143,7 +137,14 @@ impl Pipeline {
         let numbers = frames.numbers()?;
         let count = numbers.len() / crossings(sensor);
         let codes = beside_frames(marks.as_ref(), numbers.len(), "marks")?;
-        let tare = beside_frames(tare.as_ref(), numbers.len(), "numbers of the tare")?;
+        // One for all frames, or one each.
+        let is_one = tare.as_ref().is_some_and(|tare| tare.shape()[0] == 1);
+        let zeros = if is_one {
+            crossings(sensor)
+        } else {
+            numbers.len()
+        };
+        let tare = beside_frames(tare.as_ref(), zeros, "numbers of the tare")?;
         let input = Input::named(unit, sensor)?;
         let wanted = Wanted {
             siemens,
@@ -202,8 +203,13 @@ impl Pipeline {
         loop {
             match self.state.try_lock() {
                 Ok(state) => return state,
-                // Of a call that Ctrl-C has ended.
-                Err(TryLockError::Poisoned(state)) => return state.into_inner(),
+                // Of a call that Ctrl-C has ended: how far it came is chance, and nothing is to hang on it.
+                Err(TryLockError::Poisoned(state)) => {
+                    let mut state = state.into_inner();
+                    self.state.clear_poison();
+                    state.begin_anew(&self.sensor.sensor);
+                    return state;
+                }
                 Err(TryLockError::WouldBlock) => {
                     stop.check();
                     std::thread::sleep(LOOK);
@@ -217,7 +223,7 @@ impl Pipeline {
 struct Source<'a> {
     numbers: Numbers<'a>,
     codes: Option<&'a [u8]>,
-    /// What is taken off each load, newtons.
+    /// What is taken off each load, newtons: of every frame the same, or of each frame.
     tare: Option<&'a [f64]>,
     time: Option<&'a [f64]>,
     input: Input,
@@ -246,6 +252,16 @@ impl State {
     /// Standard deviation of a reading that standard errors were found with.
     fn noise_counts(&self) -> Option<f64> {
         self.workers.first().and_then(Worker::noise_counts)
+    }
+
+    /// Forgets all frames before; what was known of lines stays.
+    fn begin_anew(&mut self, sensor: &taxel::Sensor) {
+        self.screen = FrameScreen::from_sensor(sensor);
+        self.screen.set_lines(&self.faults);
+        self.level = self.faults.level;
+        for worker in &mut self.workers {
+            worker.chain.begin_anew();
+        }
     }
 
     fn set_lines(&mut self, faults: LineFaults) {

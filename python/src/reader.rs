@@ -49,6 +49,37 @@ impl Values {
     }
 }
 
+/// What is taken off the loads of frames, newtons. Mostly it is the same for all of them, and then kept once.
+enum Tares {
+    None,
+    Same(Vec<f64>),
+    Each(Vec<f64>),
+}
+
+impl Tares {
+    /// Adds that of frame `at`.
+    fn add(&mut self, tare: Option<&[f64]>, at: usize, taxels: usize) {
+        match (&mut *self, tare) {
+            (Self::None, None) => {}
+            (Self::None, Some(tare)) if at == 0 => *self = Self::Same(tare.to_vec()),
+            (Self::Same(same), Some(tare)) if *same == tare => {}
+            (Self::Each(tares), tare) => {
+                tares.extend_from_slice(tare.unwrap_or_default());
+                tares.resize((at + 1) * taxels, 0.0);
+            }
+            (Self::None | Self::Same(_), tare) => {
+                let mut tares = match self {
+                    Self::Same(same) => same.repeat(at),
+                    _ => vec![0.0; at * taxels],
+                };
+                tares.extend_from_slice(tare.unwrap_or_default());
+                tares.resize((at + 1) * taxels, 0.0);
+                *self = Self::Each(tares);
+            }
+        }
+    }
+}
+
 /// Frames read: numbers, and what stands beside them.
 struct Chunk {
     values: Values,
@@ -56,9 +87,7 @@ struct Chunk {
     marks: Option<Vec<u8>>,
     taxels: usize,
     time: Vec<f64>,
-    /// For each frame, what is taken off its loads, newtons; empty where no frame has any.
-    tare: Vec<f64>,
-    has_tare: bool,
+    tare: Tares,
     sequence: Vec<u64>,
 }
 
@@ -206,8 +235,7 @@ impl Chunk {
             marks: None,
             taxels: 0,
             time: Vec::new(),
-            tare: Vec::new(),
-            has_tare: false,
+            tare: Tares::None,
             sequence: Vec::new(),
         }
     }
@@ -225,15 +253,15 @@ impl Chunk {
             return Ok(());
         }
         self.taxels = frame.values().len();
+        let count = (read.end - read.start) as usize;
         self.sequence.extend(read);
         let frames = self.sequence.len();
         self.time.resize(frames, f64::NAN);
         if let Some(marks) = &mut self.marks {
             marks.resize(frames * self.taxels, Mark::Good.code());
         }
-        if self.has_tare {
-            self.tare.resize(frames * self.taxels, 0.0);
-        }
+        let before = frames - count;
+        (before..frames).for_each(|at| self.tare.add(None, at, self.taxels));
         Ok(())
     }
 
@@ -243,18 +271,12 @@ impl Chunk {
             FrameReader::Volts(_, frame) => self.add_frame(frame),
             FrameReader::Siemens(_, frame) => self.add_frame(frame),
         }
-        let frames = self.sequence.len();
         let taxels = self.taxels;
         let tare = reader
             .tare()
             .filter(|tare| tare.unit == "N" && tare.loads.len() == taxels);
-        if let Some(tare) = tare {
-            self.has_tare = true;
-            self.tare.resize((frames - 1) * taxels, 0.0);
-            self.tare.extend_from_slice(&tare.loads);
-        } else if self.has_tare {
-            self.tare.resize(frames * taxels, 0.0);
-        }
+        let loads = tare.map(|tare| &tare.loads[..]);
+        self.tare.add(loads, self.sequence.len() - 1, taxels);
     }
 
     fn add_frame<Q>(&mut self, frame: &Frame<Q>) {
@@ -288,8 +310,14 @@ impl Chunk {
         }
         dict.set_item("time", self.time.into_pyarray(py))?;
         dict.set_item("sequence", self.sequence.into_pyarray(py))?;
-        if self.has_tare {
-            dict.set_item("tare", self.tare.into_pyarray(py).reshape(shape)?)?;
+        match self.tare {
+            Tares::None => {}
+            Tares::Same(tare) => {
+                dict.set_item("tare", tare.into_pyarray(py).reshape((1, rows, columns))?)?;
+            }
+            Tares::Each(tares) => {
+                dict.set_item("tare", tares.into_pyarray(py).reshape(shape)?)?;
+            }
         }
         Ok(dict)
     }

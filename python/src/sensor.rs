@@ -1,5 +1,6 @@
 //! `taxel.Sensor`.
 
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
@@ -240,10 +241,13 @@ impl Sensor {
         hasher.finish()
     }
 
-    /// Pickled as the text of its file.
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (String, PathBuf))> {
+    /// Pickled as the text of its file. Where that came from goes as text: a path of one system is none on another.
+    fn __reduce__<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyAny>, (String, OsString))> {
         let make = py.get_type::<Self>().getattr("from_toml")?;
-        Ok((make, (self.to_toml(py), self.file.clone())))
+        Ok((make, (self.to_toml(py), self.file.clone().into_os_string())))
     }
 }
 

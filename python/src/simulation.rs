@@ -1,6 +1,6 @@
 //! The circuit both ways, and a virtual sensor.
 
-use numpy::{IntoPyArray, PyArray3, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray1, PyArray3, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use taxel::circuit::{Circuit, SensorCircuit};
@@ -56,7 +56,7 @@ pub(crate) fn solve<'py>(
     sensor: &Sensor,
     volts: &Bound<'py, PyAny>,
     method: &str,
-) -> PyResult<(Array3<'py>, Vec<bool>)> {
+) -> PyResult<(Array3<'py>, Bound<'py, PyArray1<bool>>)> {
     let named: MethodName = method.parse().map_err(errors::other)?;
     let opened = interruptible(py, |_| named.open(&sensor.sensor, &sensor.file))?;
     let opened = opened.map_err(errors::of_app)?;
@@ -89,7 +89,7 @@ pub(crate) fn solve<'py>(
         Ok::<_, String>(answered)
     })?
     .map_err(errors::array)?;
-    Ok((shaped(py, siemens, sensor)?, answered))
+    Ok((shaped(py, siemens, sensor)?, answered.into_pyarray(py)))
 }
 
 /// What presses on a virtual sensor, and how it differs from the file.
@@ -140,7 +140,8 @@ pub(crate) fn simulate<'py>(
     drawing: Drawing,
 ) -> PyResult<Bound<'py, PyDict>> {
     let nominal = &sensor.sensor;
-    let (drawn, pattern) = (drawing.sensor(nominal)?, drawing.pattern()?);
+    let pattern = drawing.pattern()?;
+    let drawn = interruptible(py, |_| drawing.sensor(nominal))??;
     let given = loads
         .map(|loads| Frames::take(loads, nominal))
         .transpose()?;

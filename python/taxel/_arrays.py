@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,13 @@ def frames_of(array: ArrayLike, what: str = "frames") -> tuple[NDArray[Any], boo
     Nothing is copied that lies row by row already and has a type of its own: copied are Fortran order, steps, foreign byte
     order, and rarer types.
     """
+    if isinstance(array, np.ma.MaskedArray) and np.ma.is_masked(cast(Any, array)):
+        mask: NDArray[np.bool_] = np.ma.getmaskarray(cast(Any, array))
+        masked = int(mask.sum())
+        raise ArrayError(
+            f"{masked} of {mask.size} numbers of the {what} are masked\n"
+            "hint: array.filled(0) gives numbers, and marks=taxel.MARKS['open'] * numpy.ma.getmaskarray(array) says that they are none"
+        )
     found = np.asarray(array)
     if found.dtype.kind not in "uif":
         raise ArrayError(
@@ -37,7 +44,7 @@ def frames_of(array: ArrayLike, what: str = "frames") -> tuple[NDArray[Any], boo
 
 
 def codes_of(marks: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.uint8] | None:
-    """Codes of marks for frames of this shape."""
+    """Codes of marks for frames of this shape; none where all are good."""
     if marks is None:
         return None
     codes = np.asarray(marks)
@@ -45,6 +52,9 @@ def codes_of(marks: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.uint
         codes = codes[np.newaxis]
     if codes.shape != shape:
         raise ArrayError(f"marks of shape {codes.shape} for frames of shape {shape}")
+    # One number for all of them.
+    if codes.size and not any(codes.strides) and codes.flat[0] == 0:
+        return None
     if codes.dtype.kind not in "ub" and not (codes.dtype.kind == "i" and (codes.size == 0 or codes.min() >= 0)):
         raise ArrayError(f"marks of type {codes.dtype}, but codes are whole numbers from 0 on\nhint: taxel.MARKS names them")
     if codes.size and codes.max() > 255:
@@ -63,12 +73,16 @@ def times_of(time: ArrayLike | None, frames: int) -> NDArray[np.float64] | None:
 
 
 def tare_of(tare: ArrayLike | None, shape: tuple[int, ...]) -> NDArray[np.float64] | None:
-    """Newtons to take off, for frames of this shape."""
+    """Newtons to take off, for frames of this shape: one for all frames, or one each."""
     if tare is None:
         return None
     zeros = np.asarray(tare, dtype=np.float64)
     if zeros.shape not in (shape, shape[1:]):
         raise ArrayError(f"a tare of shape {zeros.shape} for frames of shape {shape}")
+    if zeros.ndim == 2:
+        zeros = zeros[np.newaxis]
+    elif zeros.strides[0] == 0:
+        zeros = zeros[:1]
     if not np.isfinite(zeros).all():
         raise ArrayError("a tare that is no number\nhint: the mean load of frames without load")
-    return np.ascontiguousarray(np.broadcast_to(zeros, shape))
+    return np.ascontiguousarray(zeros)

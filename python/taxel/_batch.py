@@ -84,13 +84,13 @@ def _number(value: float | None) -> float:
 
 
 def table_of(rows: list[dict[str, Any]]) -> Table:
-    """Rows as a table."""
-    names = list(rows[0]) if rows else []
-    return Table({name: _column([row[name] for row in rows]) for name in names})
+    """Rows as a table, which has its columns also where there are none."""
+    empty = row_of('{"recording": "", "status": ""}')
+    return Table({name: _column([row[name] for row in rows], cell) for name, cell in empty.items()})
 
 
-def _column(cells: list[Any]) -> Any:
-    return np.array(cells, dtype=object if isinstance(cells[0], str) else None)
+def _column(cells: list[Any], like: Any) -> Any:
+    return np.array(cells, dtype=object if isinstance(like, str) else np.asarray(like).dtype)
 
 
 def paths_of(recordings: Iterable[Path] | Path) -> list[str]:

@@ -32,6 +32,10 @@ class Presses:
         Of each press: its frame and its taxel, from 0.
     load_newtons : array
         Of each press: the load on that taxel, newtons.
+    uniform_frames : array of frames × rows × columns, optional
+        Counts under the same load on every taxel, which tell how taxels differ from each other.
+    uniform_newtons : array, optional
+        Of each of them: the load on every taxel, newtons.
     """
 
     frames: ArrayLike
@@ -39,6 +43,8 @@ class Presses:
     row: ArrayLike
     column: ArrayLike
     load_newtons: ArrayLike
+    uniform_frames: ArrayLike | None = None
+    uniform_newtons: ArrayLike = ()
 
 
 @dataclass(frozen=True)
@@ -48,6 +54,8 @@ class _Labelled:
     row: Any
     column: Any
     load_newtons: Any
+    uniform_frames: Any
+    uniform_newtons: Any
 
 
 @dataclass(frozen=True)
@@ -157,7 +165,8 @@ def calibrate(
     presses : path or Presses
         A table with recording, frame, row, column (or taxel), load_g; or arrays.
     equilibration : path, optional
-        A table of frames under the same load everywhere: recording, frame, load_g. With a table of presses alone.
+        A table of frames under the same load everywhere: recording, frame, load_g. With a table of presses alone; ``Presses`` has
+        its own.
     law : {"auto", "power", "saturating", "spline"}
         The load law; ``auto`` takes the one with the least error on held-out presses.
     per_line : bool
@@ -175,7 +184,7 @@ def calibrate(
     date : str, optional
         What the sensor file is to say, ISO 8601; today without it.
     progress : callable, optional
-        Called with the name of the stage and the share done.
+        Called with the name of the stage and the share done. What it raises goes to ``sys.unraisablehook``; the fit goes on.
 
     Returns
     -------
@@ -205,7 +214,10 @@ def calibrate(
     known, table, labelled = sensor_of(sensor), None, None
     if isinstance(presses, Presses):
         if equilibration is not None or transpose:
-            raise ArrayError("a table of uniform loads and `transpose` go with a table of presses, not with arrays")
+            raise ArrayError(
+                "a table of uniform loads and `transpose` go with a table of presses, not with arrays\n"
+                "hint: Presses(…, uniform_frames=…, uniform_newtons=…)"
+            )
         labelled = _labelled(presses)
     else:
         table = presses
@@ -219,7 +231,19 @@ def _labelled(presses: Presses) -> _Labelled:
             raise ArrayError(f"presses.{name}: shape {array.shape} and type {array.dtype}, but whole numbers in one axis are needed")
         return np.ascontiguousarray(array, dtype=np.int64)
 
-    load = np.ascontiguousarray(presses.load_newtons, dtype=np.float64)
-    if load.ndim != 1:
-        raise ArrayError(f"presses.load_newtons: shape {load.shape}, but one axis is needed")
-    return _Labelled(frames_of(presses.frames)[0], whole("frame"), whole("row"), whole("column"), load)
+    def real(name: str) -> Any:
+        array = np.ascontiguousarray(getattr(presses, name), dtype=np.float64)
+        if array.ndim != 1:
+            raise ArrayError(f"presses.{name}: shape {array.shape}, but one axis is needed")
+        return array
+
+    uniform = presses.uniform_frames
+    return _Labelled(
+        frames_of(presses.frames)[0],
+        whole("frame"),
+        whole("row"),
+        whole("column"),
+        real("load_newtons"),
+        None if uniform is None else frames_of(uniform, "uniform_frames")[0],
+        real("uniform_newtons"),
+    )

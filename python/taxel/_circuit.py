@@ -81,7 +81,7 @@ def solve(sensor: Any, volts: ArrayLike, method: str = "auto") -> tuple[NDArray[
     """
     frames, is_one = frames_of(volts, "volts")
     siemens, answered = solve_frames(sensor_of(sensor), frames, method)
-    return (siemens[0] if is_one else siemens), np.asarray(answered, dtype=np.bool_)
+    return (siemens[0] if is_one else siemens), answered
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +149,7 @@ def simulate(
     taxel.SensorError
         A sensor without a load law, or a switch resistance that is not known yet.
     taxel.Error
-        No such pattern; fewer frames than 0; a peak that is not above 0.
+        No such pattern; fewer frames than 0; a peak that is not above 0; a seed below 0.
     MemoryError
         The frames do not fit.
     KeyboardInterrupt
@@ -159,6 +159,8 @@ def simulate(
     known = sensor_of(sensor)
     if frames < 0:
         raise Error(f"{frames} frames, but 0 or more are needed")
+    if not 0 <= seed < 2**64:
+        raise Error(f"seed {seed}, but it is a whole number from 0 to 2^64 - 1")
     found = simulate_frames(known, given, _Drawing(pattern, frames, peak_newtons, seed, imperfect))
     counts = found["counts"].reshape(-1, *known.shape)
     if known.max_count <= 65535:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ._errors import Error
 from ._pipeline import sensor_of
 from ._taxel import Sensor, Stream
 
@@ -38,7 +39,10 @@ class LiveFrame:
 
 
 class Live:
-    """A source of frames: iterate over it, in a ``with`` or ``async with`` block. See ``taxel.live``."""
+    """A source of frames: iterate over it, in a ``with`` or ``async with`` block. See ``taxel.live``.
+
+    It is open from the start: where opening takes long, ``await asyncio.to_thread(taxel.live, …)`` keeps an event loop free.
+    """
 
     def __init__(
         self,
@@ -62,11 +66,31 @@ class Live:
 
     @property
     def statistics(self) -> dict[str, Any]:
-        """``received``, ``solved``, ``dropped`` (Python was slower), ``waiting``; ``troubles`` on the way, in words."""
+        """Numbers of frames: ``received``; ``lost``, ``corrupt`` and ``repeated`` on the way; ``left_out`` (the inverse was slower);
+        ``solved``; of these ``dropped`` (Python was slower) and ``waiting``. ``troubles`` on the way, in words. They stay when it is closed.
+        """
         return self._stream.statistics()
 
     def next(self, timeout: float | None = None) -> LiveFrame | None:
-        """The next frame; None at the end, or when none came within ``timeout`` seconds."""
+        """The next frame.
+
+        Parameters
+        ----------
+        timeout : float, optional
+            Seconds to wait; without it until there is one.
+
+        Returns
+        -------
+        LiveFrame or None
+            None at the end, or when none came in time.
+
+        Raises
+        ------
+        taxel.Error
+            A timeout that is negative or no number.
+        KeyboardInterrupt
+            Ctrl-C ends the waiting; the source goes on.
+        """
         found = self._stream.next(timeout)
         return None if found is None else LiveFrame(**found)
 
@@ -80,10 +104,12 @@ class Live:
 
     async def __aiter__(self) -> AsyncIterator[LiveFrame]:
         while True:
+            # Asked first: what came before the end is there by then.
+            has_ended = self._stream.has_ended()
             frame = await asyncio.to_thread(self.next, 0.2)
             if frame is not None:
                 yield frame
-            elif self._stream.has_ended():
+            elif has_ended:
                 return
 
     def __enter__(self) -> Live:
@@ -148,4 +174,6 @@ def live(
     (64, 128)
     """
     known = None if sensor is None else sensor_of(sensor)
+    if queue < 1:
+        raise Error(f"queue {queue}\nhint: room for one frame or more is needed")
     return Live(address, known, method, queue, record)

@@ -16,7 +16,7 @@ from ._taxel import measure as _measure
 Path = str | os.PathLike[str]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Measurement:
     """What a recording amounts to."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -23,6 +24,45 @@ Unit = Literal["counts", "volts", "siemens"]
 def sensor_of(source: Any) -> Sensor:
     """A sensor, or what makes one."""
     return source if isinstance(source, Sensor) else Sensor(source)
+
+
+@dataclass(frozen=True)
+class _Wanted:
+    dtype: DTypeLike
+    siemens: bool
+    standard_errors: bool
+    figures: bool
+    threads: int | None
+
+
+@dataclass(frozen=True)
+class _Beside:
+    """What numbers of frames are, and what stands beside them."""
+
+    unit: Unit = "counts"
+    marks: ArrayLike | None = None
+    time: ArrayLike | None = None
+    tare: ArrayLike | None = None
+
+
+def _beside_own(recording: Recording, chunk: Chunk, given: _Beside) -> _Beside:
+    """What stands beside a recording's frames: its own, and what it has none of."""
+    if given.unit not in ("counts", chunk.unit):
+        raise Error(f"{recording.path} was opened as {chunk.unit}, not as {given.unit}\nhint: taxel.read(path, unit={given.unit!r})")
+    marks = codes_of(chunk.marks, chunk.values.shape)
+    for what, own, other in (
+        ("marks", marks, given.marks),
+        ("times", chunk.time, given.time),
+        ("a tare", chunk.tare, given.tare),
+    ):
+        if own is not None and other is not None:
+            raise Error(f"{recording.path} has {what} of its own\nhint: process(recording.values, …) takes others")
+    return _Beside(
+        chunk.unit,
+        given.marks if marks is None else marks,
+        given.time if chunk.time is None else chunk.time,
+        given.tare if chunk.tare is None else chunk.tare,
+    )
 
 
 class Pipeline:
@@ -128,13 +168,13 @@ class Pipeline:
         frames : array of frames × rows × columns, or of rows × columns, or Recording
             Counts, of any type of number; means of several readings may have fractions.
         unit : {"counts", "volts", "siemens"}
-            What the numbers are.
+            What the numbers are. A recording knows it itself.
         marks : array of the same shape, optional
-            Codes of ``taxel.MARKS`` of what is known to be wrong; 0 is good.
+            Codes of ``taxel.MARKS`` of what is known to be wrong; 0 is good. For a recording without marks of its own.
         time : array, optional
-            Seconds, one a frame: what a load law with creep needs. A recording brings its own.
+            Seconds, one a frame: what a load law with creep needs. For a recording without times of its own.
         tare : array of rows × columns, or of frames × rows × columns, optional
-            Newtons to take off each load. A recording brings its own, as it was while it was made.
+            Newtons to take off each load. For a recording without a tare of its own.
         dtype : {numpy.float64, numpy.float32}
             Type of the results; the work is done in float64.
         siemens : bool
@@ -155,42 +195,23 @@ class Pipeline:
         Raises
         ------
         taxel.ArrayError
-            Frames of another shape or type, NaN, negative counts, counts above the converter's largest: which frame and taxel.
+            Frames of another shape or type, masked, NaN, negative counts, counts above the converter's largest: which frame and
+            taxel. Frames before it are part of the stream then; ``reset`` forgets them.
         taxel.Error
-            Another unit; standard errors by a method without an inverse; fewer threads than 1.
+            Another unit; standard errors by a method without an inverse; fewer threads than 1; marks, times or a tare for a
+            recording that has its own.
         MemoryError
             The result does not fit: ``stream`` goes through a recording in constant memory.
         KeyboardInterrupt
             Ctrl-C ends it at the next frame.
         """
+        wanted = _Wanted(dtype, siemens, standard_errors, figures, threads)
+        self._warn_of_noise_only(wanted)
+        beside = _Beside(unit, marks, time, tare)
         if isinstance(frames, Recording):
-            return self._of_chunk(frames.load(), dtype, siemens, standard_errors, figures, threads)
-        array, is_one = frames_of(frames)
-        single = np.dtype(dtype)
-        if single not in (np.dtype(np.float32), np.dtype(np.float64)):
-            raise ArrayError(f"dtype {single}, but results are float64 or float32")
-        if threads is not None and threads < 1:
-            raise Error(f"threads {threads}, but 1 or more are needed")
-        if standard_errors and not self.sensor.has_uncertainty:
-            warnings.warn(
-                "noise only: the sensor has no [uncertainty], which taxel.calibrate finds, so that standard errors are too small",
-                NoiseOnlyWarning,
-                stacklevel=2,
-            )
-        times = times_of(time, len(array))
-        found = self._inner.process(
-            array,
-            unit,
-            single=single == np.dtype(np.float32),
-            siemens=siemens,
-            standard_errors=standard_errors,
-            figures=figures,
-            marks=codes_of(marks, array.shape),
-            time=times,
-            tare=tare_of(tare, array.shape),
-            threads=threads,
-        )
-        return self._result(found, array.shape[1:] if is_one else array.shape, times)
+            chunk = frames.load()
+            return self._process(chunk.values, _beside_own(frames, chunk, beside), wanted)
+        return self._process(frames, beside, wanted)
 
     def stream(
         self,
@@ -226,41 +247,45 @@ class Pipeline:
         taxel.ArrayError, taxel.Error, KeyboardInterrupt
             As of ``process``.
         """
+        wanted = _Wanted(dtype, siemens, standard_errors, figures, threads)
+        self._warn_of_noise_only(wanted)
         if isinstance(frames, Recording):
             for piece in frames.chunks(chunk):
-                yield self._of_chunk(piece, dtype, siemens, standard_errors, figures, threads)
+                yield self._process(piece.values, _Beside(piece.unit, piece.marks, piece.time, piece.tare), wanted)
             return
         for array in frames:
-            yield self.process(
-                array,
-                dtype=dtype,
-                siemens=siemens,
-                standard_errors=standard_errors,
-                figures=figures,
-                threads=threads,
+            yield self._process(array, _Beside(), wanted)
+
+    def _warn_of_noise_only(self, wanted: _Wanted) -> None:
+        if wanted.standard_errors and not self.sensor.has_uncertainty:
+            warnings.warn(
+                "noise only: the sensor has no [uncertainty], which taxel.calibrate finds, so that standard errors are too small",
+                NoiseOnlyWarning,
+                # Whoever called the method that warns.
+                stacklevel=3,
             )
 
-    def _of_chunk(
-        self,
-        chunk: Chunk,
-        dtype: DTypeLike,
-        siemens: bool,
-        standard_errors: bool,
-        figures: bool,
-        threads: int | None,
-    ) -> Result:
-        return self.process(
-            chunk.values,
-            unit=chunk.unit,
-            marks=chunk.marks,
-            time=chunk.time,
-            tare=chunk.tare,
-            dtype=dtype,
-            siemens=siemens,
-            standard_errors=standard_errors,
-            figures=figures,
-            threads=threads,
+    def _process(self, frames: ArrayLike, beside: _Beside, wanted: _Wanted) -> Result:
+        array, is_one = frames_of(frames)
+        single = np.dtype(wanted.dtype)
+        if single not in (np.dtype(np.float32), np.dtype(np.float64)):
+            raise ArrayError(f"dtype {single}, but results are float64 or float32")
+        if wanted.threads is not None and wanted.threads < 1:
+            raise Error(f"threads {wanted.threads}, but 1 or more are needed")
+        times = times_of(beside.time, len(array))
+        found = self._inner.process(
+            array,
+            beside.unit,
+            single=single == np.dtype(np.float32),
+            siemens=wanted.siemens,
+            standard_errors=wanted.standard_errors,
+            figures=wanted.figures,
+            marks=codes_of(beside.marks, array.shape),
+            time=times,
+            tare=tare_of(beside.tare, array.shape),
+            threads=wanted.threads,
         )
+        return self._result(found, array.shape[1:] if is_one else array.shape, times)
 
     def _result(self, found: dict[str, Any], shape: tuple[int, ...], time: NDArray[np.float64] | None) -> Result:
         def shaped(name: str) -> NDArray[Any] | None:

@@ -79,12 +79,26 @@ class Recording:
         self._missing: list[str] = []
         self._was_gone_through = False
         self._closed = False
-        self._is_hdf5 = is_hdf5(path)
-        self._shape = self._open().shape
+        # What is a pipe, or a device, can be read once.
+        self._is_pipe = self.path.exists() and not self.path.is_file()
+        self._is_hdf5 = not self._is_pipe and is_hdf5(path)
+        self._pipe: _Reads | None = None
+        reader = self._new_reader()
+        self._shape = reader.shape
+        if self._is_pipe:
+            self._pipe = reader
 
     def _open(self) -> _Reads:
         if self._closed:
             raise Error(f"{self.path}: the recording is closed\nhint: taxel.read opens it again")
+        if not self._is_pipe:
+            return self._new_reader()
+        if self._pipe is None:
+            raise Error(f"{self.path} is no file, and was read already\nhint: load() keeps what it reads")
+        reader, self._pipe = self._pipe, None
+        return reader
+
+    def _new_reader(self) -> _Reads:
         kind = WiReSensReader if self._is_hdf5 else Reader
         return kind(self.path, self._sensor, *self._options)
 
@@ -131,7 +145,7 @@ class Recording:
 
     def close(self) -> None:
         """Lets go of what was read."""
-        self._all, self._closed = None, True
+        self._all, self._pipe, self._closed = None, None, True
 
     def __enter__(self) -> Recording:
         return self
@@ -196,9 +210,11 @@ class Recording:
         return self._missing
 
     def __len__(self) -> int:
+        self._check_open()
+        if self._is_pipe:
+            self.load()
         if self._frames is None:
-            reader = self._open()
-            self._frames = reader.skip(2**62)
+            self._frames = self._open().skip(2**62)
         return self._frames
 
     @overload
@@ -228,6 +244,8 @@ class Recording:
         return IndexError(f"{self.path} has {len(self)} frames, counted from 0")
 
     def _part(self, start: int, count: int) -> NDArray[Any]:
+        if self._is_pipe:
+            return self.load().values[start : start + max(count, 0)]
         reader = self._open()
         if count > 0 and reader.skip(start) == start and (found := reader.read(count)) is not None:
             return found["values"]
@@ -254,7 +272,7 @@ class Recording:
             marks=found.get("marks", np.broadcast_to(np.uint8(0), found["values"].shape)),
             time=None if np.isnan(time).all() else time,
             sequence=found["sequence"],
-            tare=found.get("tare"),
+            tare=np.broadcast_to(found["tare"], found["values"].shape) if "tare" in found else None,
             unit=self._unit,
         )
 
@@ -272,7 +290,7 @@ class Recording:
     def _memory_map(self) -> Chunk | None:
         """The file itself as an array, where it is one of frames × rows × columns."""
         unit, transpose, keep_going = self._options
-        if self.path.suffix.lower() != ".npy" or transpose or keep_going:
+        if self._is_pipe or self.path.suffix.lower() != ".npy" or transpose or keep_going:
             return None
         # Read through once: what is no count is an error, as of every other format.
         self._open().skip(2**62)

@@ -2,61 +2,70 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+import csv
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    import os
+
     import pandas
     import polars
 
 
-class Table(Mapping[str, NDArray[Any]]):
+# A dict, and no other mapping: of those pandas takes the names alone.
+class Table(dict[str, NDArray[Any]]):
     """Columns of equal length, by name: ``pandas.DataFrame(table)`` and ``polars.DataFrame(table)`` take it as it is."""
-
-    def __init__(self, columns: Mapping[str, NDArray[Any]]) -> None:
-        self._columns = dict(columns)
-
-    def __getitem__(self, name: str) -> NDArray[Any]:
-        return self._columns[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._columns)
-
-    def __len__(self) -> int:
-        return len(self._columns)
 
     @property
     def rows(self) -> int:
         """How many rows there are."""
-        return len(next(iter(self._columns.values()), ()))
+        return len(next(iter(self.values()), ()))
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, dict):
+            return NotImplemented
+        columns = cast(dict[str, Any], other)
+        return list(self) == list(columns) and all(_is_same(column, np.asarray(columns[name])) for name, column in self.items())
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     def __repr__(self) -> str:
-        return f"<taxel.Table of {self.rows} rows: {', '.join(self._columns)}>"
+        return f"<taxel.Table of {self.rows} rows: {', '.join(self)}>"
 
     def to_pandas(self) -> pandas.DataFrame:
         """As a ``pandas.DataFrame``."""
         import pandas
 
-        return pandas.DataFrame(self._columns)
+        return pandas.DataFrame(self)
 
     def to_polars(self) -> polars.DataFrame:
         """As a ``polars.DataFrame``."""
         import polars
 
-        return polars.DataFrame(self._columns)
+        return polars.DataFrame(dict(self))
 
-    def to_csv(self, path: str) -> None:
-        """Writes it as text, a line a row; a file of that name is replaced."""
-        lines = zip(*(column.tolist() for column in self._columns.values()), strict=True)
-        with open(path, "w", encoding="utf-8") as file:
-            file.write(",".join(self._columns) + "\n")
-            for line in lines:
-                file.write(",".join("" if value != value else str(value) for value in line) + "\n")
+    def to_csv(self, path: str | os.PathLike[str]) -> None:
+        """Writes it as text, a line a row, NaN as nothing; a file of that name is replaced.
+
+        Raises
+        ------
+        OSError
+            It cannot be written.
+        """
+        rows = zip(*(column.tolist() for column in self.values()), strict=True)
+        with open(path, "w", encoding="utf-8", newline="") as file:
+            lines = csv.writer(file, lineterminator="\n")
+            lines.writerow(self)
+            lines.writerows(["" if value != value else value for value in row] for row in rows)
 
 
-def concatenated(tables: list[Table]) -> Table:
-    """The rows of all, one after the other."""
-    return Table({name: np.concatenate([table[name] for table in tables]) for name in tables[0]})
+def _is_same(column: NDArray[Any], other: NDArray[Any]) -> bool:
+    """Whether both have the same numbers, or words; numbers that are none are the same."""
+    is_real = column.dtype.kind == "f" and other.dtype.kind == "f"
+    return np.array_equal(column, other, equal_nan=is_real)

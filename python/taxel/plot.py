@@ -1,4 +1,4 @@
-"""Pictures by ``matplotlib`` that look like the command's: inferno, axes in mm, marks outlined."""
+"""Pictures by ``matplotlib`` that look like the command's: inferno, axes in mm, marked taxels outlined, hatched and counted."""
 
 # matplotlib leaves some of its own types open.
 # pyright: reportUnknownMemberType=false
@@ -6,18 +6,22 @@
 from __future__ import annotations
 
 import io
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
+from ._errors import ArrayError, Error
 from ._result import Result
-from ._taxel import Sensor
+from ._taxel import MARKS, Sensor
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_OUTLINE = "#00e5ff"
+_NOT_OUTLINED = (MARKS["good"], MARKS["absent"])
 
 def heatmap(
     values: ArrayLike | Result,
@@ -28,7 +32,9 @@ def heatmap(
     most: float | None = None,
     ax: Axes | None = None,
 ) -> Axes:
-    """A frame as a picture: loads in colours, lengths in mm; absent taxels are left white, untrusted ones outlined.
+    """A frame as a picture: loads in colours, lengths in mm; absent taxels are left white, untrusted ones outlined, hatched and counted.
+
+    Where the sensor file tells where each taxel lies, it is drawn there.
 
     Parameters
     ----------
@@ -48,6 +54,14 @@ def heatmap(
     Returns
     -------
     matplotlib.axes.Axes
+        What was drawn on.
+
+    Raises
+    ------
+    taxel.ArrayError
+        No array of rows × columns; another shape than the sensor's; a result without frames.
+    IndexError
+        A frame that the result does not have.
     """
     import matplotlib.pyplot as plt
 
@@ -57,27 +71,24 @@ def heatmap(
         label = label if values.loads is not None else "Conductance (S)"
     else:
         shown = np.asarray(values, dtype=np.float64)
-    down, across = sensor.pitch_mm if sensor is not None else (1.0, 1.0)
-    rows, columns = shown.shape
+    if shown.ndim != 2 or shown.size == 0:
+        raise ArrayError(f"a picture of an array of shape {shown.shape}, but rows × columns of one frame are needed")
     if sensor is not None:
+        if shown.shape != sensor.shape:
+            raise ArrayError(f"a picture of {shown.shape[0]} × {shown.shape[1]} numbers, but the sensor has {sensor.rows} × {sensor.columns} taxels")
         shown = np.where(sensor.populated, shown, np.nan)
+    is_marked = np.zeros(shown.shape, np.bool_) if marks is None else ~np.isin(marks, _NOT_OUTLINED)
+    cells = _Cells.of(sensor, shown.shape)
     if ax is None:
         # As high as the array is beside its colour bar.
-        height = 4.6 * rows * down / (columns * across) + 1.0
+        height = 4.6 * cells.height / cells.width + 1.0
         _, ax = plt.subplots(layout="constrained", figsize=(6.4, min(max(height, 2.2), 9.0)))
     top = most if most is not None else float(np.nanmax(shown, initial=0.0))
-    picture = ax.imshow(
-        shown,
-        cmap="inferno",
-        vmin=0.0,
-        vmax=top if top > 0.0 else 1.0,
-        extent=(-0.5 * across, (columns - 0.5) * across, (rows - 0.5) * down, -0.5 * down),
-        interpolation="nearest",
-    )
-    if marks is not None:
-        _outline(ax, (marks != 0) & (marks != 10), down, across)
+    picture = cells.draw(ax, shown, is_marked)
+    picture.set_clim(0.0, top if top > 0.0 else 1.0)
     unit = "(mm)" if sensor is not None else "(taxels)"
-    ax.set_xlabel(f"Across the columns {unit}")
+    told = "" if marks is None else _counted(marks)
+    ax.set_xlabel(f"Across the columns {unit}" + (f"\nhatched: {told}" if told else ""))
     ax.set_ylabel(f"Down the rows {unit}")
     # As high as the picture, whatever its shape is.
     beside = ax.inset_axes((1.03, 0.0, 0.035, 1.0))
@@ -86,9 +97,29 @@ def heatmap(
 
 
 def over_time(result: Result, *, ax: Axes | None = None) -> Axes:
-    """Total force over time, with its 95 % interval where the result has standard errors."""
+    """Total force over time, with its 95 % interval where the result has standard errors.
+
+    Parameters
+    ----------
+    result : Result
+        With its figures.
+    ax : matplotlib.axes.Axes, optional
+        Where to draw.
+
+    Returns
+    -------
+    matplotlib.axes.Axes
+        What was drawn on.
+
+    Raises
+    ------
+    taxel.Error
+        A result without figures.
+    """
     import matplotlib.pyplot as plt
 
+    if "force_newtons" not in result.figures:
+        raise Error("the result has no figures\nhint: process(…, figures=True), by a sensor with a load law")
     if ax is None:
         _, ax = plt.subplots(layout="constrained")
     force = result.figures["force_newtons"]
@@ -107,7 +138,17 @@ def over_time(result: Result, *, ax: Axes | None = None) -> Axes:
 
 
 def show_png(png: bytes) -> Figure:
-    """A picture of the command's on a figure of its own size."""
+    """A picture of the command's on a figure of its own size.
+
+    Parameters
+    ----------
+    png : bytes
+        What stands in a ``.png`` file.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+    """
     import matplotlib.pyplot as plt
 
     image = plt.imread(io.BytesIO(png))
@@ -124,21 +165,76 @@ def _frame_of(result: Result, frame: int | None) -> tuple[Any, Any]:
     assert values is not None, "a result has loads or conductances"
     if values.ndim == 2:
         return values, result.marks
+    if len(values) == 0:
+        raise ArrayError("a picture of a result without frames")
     if frame is None:
         frame = int(np.argmax(values.sum(axis=(1, 2))))
     return values[frame], result.marks[frame]
 
 
-def _outline(ax: Axes, is_marked: Any, down: float, across: float) -> None:
-    """A thin line around every patch of marked taxels."""
-    from matplotlib.collections import LineCollection
+def _counted(marks: NDArray[Any]) -> str:
+    """``24 open, 3 saturated``; nothing where every taxel is good."""
+    counts = ((word, int(np.count_nonzero(marks == code))) for word, code in MARKS.items() if code not in _NOT_OUTLINED)
+    return ", ".join(f"{count} {word}" for word, count in counts if count)
 
-    padded = np.pad(is_marked, 1)
-    lines: list[list[tuple[float, float]]] = []
-    for row, column in np.argwhere(padded[1:] != padded[:-1]):
-        y = (row - 0.5) * down
-        lines.append([((column - 1.5) * across, y), ((column - 0.5) * across, y)])
-    for row, column in np.argwhere(padded[:, 1:] != padded[:, :-1]):
-        x = (column - 0.5) * across
-        lines.append([(x, (row - 1.5) * down), (x, (row - 0.5) * down)])
-    ax.add_collection(LineCollection(lines, colors="#35d0ff", linewidths=0.8))
+
+@dataclass(frozen=True)
+class _Cells:
+    """Where taxels are drawn: in the grid of their lines, or each where it lies."""
+
+    centres: NDArray[np.float64]
+    """Rows × columns × (x, y), mm."""
+    down: float
+    across: float
+    is_grid: bool
+
+    @classmethod
+    def of(cls, sensor: Sensor | None, shape: tuple[int, ...]) -> _Cells:
+        down, across = sensor.pitch_mm if sensor is not None else (1.0, 1.0)
+        rows, columns = shape
+        positions = None if sensor is None else sensor.positions_mm
+        if sensor is None or positions is None:
+            grid: NDArray[np.float64] = np.empty((rows, columns, 2))
+            grid[:, :, 0], grid[:, :, 1] = across * np.arange(columns), down * np.arange(rows)[:, None]
+            return cls(grid, down, across, True)
+        places: NDArray[np.float64] = np.full((rows, columns, 2), np.nan)
+        places[sensor.populated] = positions.reshape(rows, columns, 2)[sensor.populated]
+        # At least half as wide as they are apart, where the pitch says less: as the command draws them.
+        wide, high = np.nanmax(places, axis=(0, 1)) - np.nanmin(places, axis=(0, 1))
+        apart = 0.5 * float(np.sqrt(wide * high / max(np.count_nonzero(sensor.populated), 1)))
+        return cls(places, max(down, apart), max(across, apart), False)
+
+    @property
+    def width(self) -> float:
+        return float(np.nanmax(self.centres[:, :, 0]) - np.nanmin(self.centres[:, :, 0])) + self.across
+
+    @property
+    def height(self) -> float:
+        return float(np.nanmax(self.centres[:, :, 1]) - np.nanmin(self.centres[:, :, 1])) + self.down
+
+    def draw(self, ax: Axes, shown: NDArray[np.float64], is_marked: NDArray[np.bool_]) -> Any:
+        from matplotlib.collections import PatchCollection
+
+        half = np.array([self.across, self.down]) / 2.0
+        low, high = np.nanmin(self.centres, axis=(0, 1)) - half, np.nanmax(self.centres, axis=(0, 1)) + half
+        picture: Any
+        if self.is_grid:
+            picture = ax.imshow(shown, cmap="inferno", extent=(low[0], high[0], high[1], low[1]), interpolation="nearest")
+        else:
+            is_there = np.isfinite(shown) & np.isfinite(self.centres[:, :, 0])
+            picture = PatchCollection(self._squares(is_there), cmap="inferno", edgecolor="none")
+            picture.set_array(shown[is_there])
+            ax.add_collection(picture)
+            ax.set_aspect("equal")
+            ax.set_xlim(low[0], high[0])
+            ax.set_ylim(high[1], low[1])
+        if is_marked.any():
+            hatched = PatchCollection(self._squares(is_marked), facecolor="none", edgecolor=_OUTLINE, linewidth=0.6, hatch="////")
+            ax.add_collection(hatched)
+        return picture
+
+    def _squares(self, which: NDArray[np.bool_]) -> list[Any]:
+        from matplotlib.patches import Rectangle
+
+        corners = self.centres[which] - np.array([self.across, self.down]) / 2.0
+        return [Rectangle((x, y), self.across, self.down) for x, y in corners]

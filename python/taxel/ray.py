@@ -24,11 +24,14 @@ from ._errors import Error
 from ._pipeline import sensor_of
 from ._table import Table
 
-__all__ = ["Worker", "process"]
+__all__ = ["Settings", "Worker", "process"]
 
 
 class Worker:
     """What one worker does: a class for ``ray.data.Dataset.map_batches`` over a column ``recording`` of paths.
+
+    It makes of each batch the rows of ``taxel.map``'s table, and beside them ``place``, what stood there or the place in the batch, and
+    ``entry``, all that is known of the recording, as JSON.
 
     Parameters
     ----------
@@ -44,7 +47,8 @@ class Worker:
 
     def __call__(self, batch: dict[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
         entries = self._folder.run([str(path) for path in batch["recording"]], self._threads)
-        told = [(place, entry) for place, (entry, _) in zip(batch["place"], entries, strict=True)]
+        places = batch.get("place", np.arange(len(entries)))
+        told = [(place, entry) for place, (entry, _) in zip(places, entries, strict=True)]
         rows = [{"place": place, "entry": entry, **row_of(entry)} for place, entry in told]
         return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
@@ -83,16 +87,21 @@ def process(
     Raises
     ------
     taxel.Error, taxel.SensorError
-        As of ``taxel.map``; a path that is not absolute.
+        As of ``taxel.map``; a path that is not absolute, of a model too; fewer workers or threads than 1.
     """
     # None of them tells all of its types.
     ray: Any = import_module("ray")
     data: Any = import_module("ray.data")
     arrow: Any = import_module("pyarrow")
     parquet: Any = import_module("pyarrow.parquet")
+    for what, many in (("workers", workers), ("threads", threads)):
+        if many is not None and many < 1:
+            raise Error(f"{many} {what}, but 1 or more are needed")
     settings = Settings(os.path.abspath(out), None if sensor is None else sensor_of(sensor), **options)
     paths = paths_of(recordings)
-    for path in paths:
+    # What is no word is the file of a model.
+    models = [] if settings.method.isalpha() else [settings.method]
+    for path in [*paths, *models]:
         if not os.path.isabs(path):
             raise Error(f"{path} is a different file on every machine\nhint: os.path.abspath gives the name that all of them know")
     folder = settings.folder()

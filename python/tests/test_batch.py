@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import functools
+import hashlib
 import multiprocessing
 import os
 import pickle
@@ -48,12 +49,6 @@ def contents(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in files if not path.name.endswith(timed)}
 
 
-def same(a: taxel.Table, b: taxel.Table) -> bool:
-    """Whether two tables are equal, row for row."""
-    cells = ((x, y) for name in a for x, y in zip(a[name], b[name], strict=True))
-    return list(a) == list(b) and all(x == y or (x != x and y != y) for x, y in cells)
-
-
 def test_it_is_what_the_command_makes(archive: list[str], command: Callable[..., str], tmp_path: Path) -> None:
     command("batch", *archive, "--sensor", SENSOR, "--out", tmp_path / "command", code=3)
     table = taxel.map(archive, tmp_path / "module", sensor=SENSOR)
@@ -74,11 +69,32 @@ def test_it_is_what_the_command_makes(archive: list[str], command: Callable[...,
     assert table.to_pandas().shape == (6, len(table))
 
 
+def test_a_manifest_says_what_was_made_of_what_and_with_what(archive: list[str], tmp_path: Path) -> None:
+    taxel.map(archive, tmp_path, sensor=SENSOR)
+    with open(tmp_path / "manifest.csv", encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["recording"] for row in rows] == archive
+    for path, row in zip(archive, rows, strict=True):
+        content = Path(path).read_bytes()
+        assert int(row["bytes"]) == len(content) and row["sha256"] == hashlib.sha256(content).hexdigest()
+        assert row["program"] == f"taxel {taxel.__version__}" and float(row["seconds"]) >= 0.0
+    assert len({row["settings_sha256"] for row in rows}) == 1 and len(rows[0]["settings_sha256"]) == 64
+    assert [row["status"] for row in rows] == ["done", "incomplete", "done", "done", "done", "broken"]
+    other = taxel.map(archive, tmp_path / "other", sensor=SENSOR, repair=True)
+    with open(tmp_path / "other" / "manifest.csv", encoding="utf-8", newline="") as file:
+        assert next(csv.DictReader(file))["settings_sha256"] != rows[0]["settings_sha256"]
+    # What broke is told in several lines: a table of them is still one.
+    other.to_csv(tmp_path / "table.csv")
+    with open(tmp_path / "table.csv", encoding="utf-8", newline="") as file:
+        read = list(csv.DictReader(file))
+    assert [row["recording"] for row in read] == archive and "\n" in read[-1]["error"]
+
+
 def test_called_again_it_does_what_is_missing(archive: list[str], tmp_path: Path) -> None:
     first = taxel.map(archive[:2], tmp_path, sensor=SENSOR, workers=1)
     dates = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*.entry.json")}
     again = taxel.map(archive, tmp_path, sensor=SENSOR, pictures=False)
-    assert same(first, taxel.Table({name: again[name][:2] for name in again}))
+    assert first == taxel.Table({name: again[name][:2] for name in again})
     assert all(path.stat().st_mtime_ns == date for path, date in dates.items())
 
 
@@ -91,7 +107,7 @@ def test_processes_may_share_a_folder(archive: list[str], tmp_path: Path) -> Non
     assert not (tmp_path / "summary.csv").exists()
     whole = taxel.map(archive, tmp_path, sensor=SENSOR)
     for place, table in enumerate(tables):
-        assert same(table, taxel.Table({name: whole[name][place : place + 1] for name in whole}))
+        assert table == taxel.Table({name: whole[name][place : place + 1] for name in whole})
 
 
 def test_what_cannot_be_is_said(archive: list[str], tmp_path: Path) -> None:
@@ -114,7 +130,8 @@ def test_what_cannot_be_is_said(archive: list[str], tmp_path: Path) -> None:
     (tmp_path / "summary.csv").unlink()
     with pytest.raises(taxel.Error, match="0 workers"):
         taxel.map(archive, tmp_path, sensor=SENSOR, workers=0)
-    assert taxel.map([], tmp_path, sensor=SENSOR).rows == 0
+    nothing = taxel.map([], tmp_path / "nothing", sensor=SENSOR)
+    assert nothing.rows == 0 and list(nothing) == list(taxel.map(archive[0], tmp_path / "one", sensor=SENSOR))
 
 
 def test_settings_can_be_pickled(tmp_path: Path) -> None:
@@ -123,7 +140,7 @@ def test_settings_can_be_pickled(tmp_path: Path) -> None:
 
 
 def test_a_worker_is_checked_once_when_it_is_made(archive: list[str], tmp_path: Path) -> None:
-    from taxel.ray import Worker
+    from taxel.ray import Settings, Worker
 
     tables = taxel.Sensor(SENSOR).to_dict()
     del tables["material"]
@@ -137,6 +154,9 @@ def test_a_worker_is_checked_once_when_it_is_made(archive: list[str], tmp_path: 
     rows = [worker({"place": np.array([place]), "recording": np.array([path])}) for place, path in enumerate(archive)]
     whole = taxel.map(archive, tmp_path / "out", sensor=SENSOR)
     assert [row["status"][0] for row in rows] == whole["status"].tolist()
+    # As in a pipeline of one's own, which knows recordings alone.
+    again = worker({"recording": np.array(archive)})
+    assert again["place"].tolist() == [*range(6)] and again["frames"].tolist() == whole["frames"].tolist()
 
 
 @pytest.fixture(scope="module")
@@ -162,7 +182,7 @@ def test_a_cluster_gives_the_same_row_for_row(cluster: Any, archive: list[str], 
     assert sum(node["Alive"] for node in cluster.nodes()) == 2
     here = taxel.map(archive, tmp_path / "here", sensor=SENSOR, pictures=True)
     there = taxel.ray.process(archive, tmp_path / "there", sensor=SENSOR, pictures=True)
-    assert same(here, there)
+    assert here == there
     assert contents(tmp_path / "here") == contents(tmp_path / "there")
     table = pandas.read_parquet(tmp_path / "there" / "summary.parquet")
     assert table["recording"].tolist() == archive and "no array" in table["error"].iloc[-1]
@@ -170,6 +190,11 @@ def test_a_cluster_gives_the_same_row_for_row(cluster: Any, archive: list[str], 
         taxel.ray.process([archive[0], archive[0]], tmp_path, sensor=SENSOR)
     with pytest.raises(taxel.Error, match="on every machine"):
         taxel.ray.process(["a.npy"], tmp_path, sensor=SENSOR)
+    with pytest.raises(taxel.Error, match=r"model.taxel is a different file on every machine"):
+        taxel.ray.process(archive, tmp_path, sensor=SENSOR, method="model.taxel")
+    for options, words in (({"workers": 0}, "0 workers"), ({"workers": -1}, "-1 workers"), ({"threads": 0}, "0 threads")):
+        with pytest.raises(taxel.Error, match=words):
+            taxel.ray.process(archive, tmp_path, sensor=SENSOR, **options)
 
 
 def workers() -> list[int]:
@@ -208,5 +233,5 @@ def test_a_worker_that_is_killed_loses_and_doubles_nothing(cluster: Any, tmp_pat
     killer.join()
     assert killed
     here = taxel.map(paths, tmp_path / "here", sensor=SENSOR)
-    assert same(here, there)
+    assert here == there
     assert contents(tmp_path / "here") == contents(tmp_path / "there")

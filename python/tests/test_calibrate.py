@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import io
+import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
+import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
 import taxel
+
+mpl.use("Agg")
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +65,52 @@ def test_arrays_and_tables_give_what_the_command_gives(files: Path, command: Cal
     inside = np.abs(residuals["estimate_newtons"] - residuals["load_newtons"]) <= residuals["half_width_95_newtons"]
     assert inside.mean() > 0.85
     assert of_table.picture("png")[:4] == b"\x89PNG" and of_table.picture("svg")[:4] == b"<svg"
-    assert of_table.plot().axes
+    (picture,) = of_table.plot().axes[0].images
+    assert picture.get_array().shape == plt.imread(io.BytesIO(of_table.picture("png"))).shape
+    assert of_table._repr_png_() == of_table.picture("png")
+    told = json.loads(
+        command("calibrate", "--sensor", files / "parts.toml", "--presses", files / "presses.csv", "-o", files / "again.toml", "--json")
+    )
+    assert of_table.doubts == told["doubts"] == [] and of_table.warnings == told["warnings"]
+    by_name = {each["name"]: (each["value"], each["standard_error"]) for each in told["parameters"]}
+    assert of_table.parameters.keys() == by_name.keys()
+    for name, (value, standard_error) in of_table.parameters.items():
+        assert value == pytest.approx(by_name[name][0], rel=1e-6)
+        assert standard_error == (None if by_name[name][1] is None else pytest.approx(by_name[name][1], rel=1e-4))
+    of_table.save(files / "saved.toml")
+    assert taxel.Sensor(files / "saved.toml") == of_table.sensor
+    assert taxel.Sensor.from_toml(of_table.to_toml()) == of_table.sensor
     assert "60 presses" in repr(of_table)
+
+
+def test_uniform_loads_in_arrays_are_those_of_a_table(files: Path) -> None:
+    truth = "mat-16x16-cd4067"
+    newtons = np.repeat([0.2, 0.5, 1.0, 2.0], 3)
+    drawn = taxel.simulate(truth, np.broadcast_to(newtons[:, None, None], (12, 16, 16)), seed=5, imperfect=True)
+    np.save(files / "even.npy", drawn.counts)
+    lines = [f"even.npy,{frame},{load / 9.80665e-3!r}" for frame, load in enumerate(newtons.tolist())]
+    (files / "even.csv").write_text("\n".join(["recording,frame,load_g", *lines, ""]))
+    good = presses_of(files)
+    of_table = taxel.calibrate(files / "parts.toml", files / "presses.csv", equilibration=files / "even.csv")
+    with_arrays = taxel.Presses(**vars(good) | {"uniform_frames": drawn.counts, "uniform_newtons": newtons})
+    of_arrays = taxel.calibrate(files / "parts.toml", with_arrays)
+    tables = [found.sensor.to_dict()["material"] for found in (of_table, of_arrays)]
+    assert flat(tables[0]) == pytest.approx(flat(tables[1]), rel=1e-9)
+    # They tell something.
+    alone = taxel.calibrate(files / "parts.toml", good).sensor.to_dict()["material"]
+    assert flat(alone) != pytest.approx(flat(tables[0]), rel=1e-4)
+    assert of_arrays.held_out_error_newtons == pytest.approx(of_table.held_out_error_newtons, rel=1e-9)
+
+
+def test_a_progress_that_fails_does_not_lose_a_fit_and_is_told(files: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    told: list[object] = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda what: told.append(what.exc_value))
+
+    def progress(stage: str, share: float) -> None:
+        raise RuntimeError(stage)
+
+    assert taxel.calibrate(files / "parts.toml", presses_of(files), law="power", progress=progress).doubts == []
+    assert told and all(isinstance(error, RuntimeError) for error in told)
 
 
 def flat(table: dict[str, object]) -> dict[str, float]:
@@ -80,6 +131,9 @@ def test_what_cannot_be_calibrated_is_told(files: Path, tmp_path: Path) -> None:
         ({"load_newtons": np.full(60, np.nan)}, "NaN N is none"),
         ({"load_newtons": np.ones(59)}, "60 columns and 59 loads"),
         ({"row": np.full(60, 1.5)}, "presses.row"),
+        ({"uniform_frames": good.frames}, "60 uniform frames and 0 loads"),
+        ({"uniform_frames": np.asarray(good.frames)[:, 1:], "uniform_newtons": np.ones(60)}, "15 × 16"),
+        ({"uniform_frames": good.frames, "uniform_newtons": np.full(60, -1.0)}, "uniform frame 0: -1 N"),
         ({"load_newtons": np.ones((60, 1))}, "one axis"),
         ({name: getattr(good, name)[:2] for name in ("frame", "row", "column", "load_newtons")}, "press"),
     ):

@@ -46,6 +46,26 @@ def test_a_source_that_ends_is_read_to_its_end(tmp_path: Path) -> None:
         assert sum(1 for _ in source) == 30
 
 
+def test_frames_that_are_solved_after_the_source_has_ended_come_too(tmp_path: Path) -> None:
+    """Each takes longer than the source is asked whether it has ended."""
+    tables = taxel.Sensor("mat-32x32-adg732").to_dict()
+    tables["readout"].update(r_line_row_ohms=50.0, r_line_column_ohms=50.0)
+    slow = taxel.Sensor(tables)
+    np.save(tmp_path / "a.npy", taxel.simulate(slow, pattern="blobs", frames=12, seed=2).counts)
+    address = f"file:{tmp_path / 'a.npy'}?speed=max"
+
+    async def many(source: taxel.Live) -> int:
+        seen = 0
+        async with source:
+            async for _ in source:
+                seen += 1
+        return seen
+
+    with taxel.live(address, slow, queue=100) as source:
+        assert sum(1 for _ in source) == 12
+    assert asyncio.run(many(taxel.live(address, slow, queue=100))) == 12
+
+
 def packet(number: int, counts: np.ndarray) -> bytes:
     """A frame of 10-bit counts as docs/formats.md (taxel-1) has it."""
     rows, columns = counts.shape
@@ -89,6 +109,9 @@ def test_frames_come_over_a_serial_port(tmp_path: Path) -> None:
         os.close(board)
         os.close(port)
     assert statistics["received"] == 10 and statistics["dropped"] == 0
+    assert (statistics["lost"], statistics["corrupt"], statistics["repeated"]) == (2, 1, 0)
+    # Closed, it still knows.
+    assert source.statistics == statistics | {"waiting": 0}
     troubles = " ".join(statistics["troubles"])
     assert "2 lost" in troubles and "1 corrupt" in troubles, troubles
     sent = np.delete(np.arange(12), [4, 5])
@@ -101,16 +124,42 @@ def test_frames_come_over_a_serial_port(tmp_path: Path) -> None:
 
 
 def test_asyncio() -> None:
-    async def some() -> int:
-        seen = 0
-        async with taxel.live("sim:mat-16x16-cd4067?fps=200") as source:
+    async def some() -> tuple[int, int]:
+        seen, turns = 0, 0
+
+        async def others() -> None:
+            nonlocal turns
+            while True:
+                await asyncio.sleep(0.001)
+                turns += 1
+
+        other = asyncio.create_task(others())
+        async with taxel.live("sim:mat-16x16-cd4067?fps=20") as source:
             async for _ in source:
                 seen += 1
                 if seen == 8:
                     break
-        return seen
+        other.cancel()
+        return seen, turns
 
-    assert asyncio.run(some()) == 8
+    seen, turns = asyncio.run(some())
+    # The loop was free while no frame came.
+    assert seen == 8 < turns
+
+
+def test_asyncio_can_be_told_to_end() -> None:
+    async def waits(source: taxel.Live) -> None:
+        async with source:
+            async for _ in source:
+                pass
+
+    async def some() -> str:
+        source = taxel.live("udp:127.0.0.1:0", "econe")
+        with pytest.raises(asyncio.TimeoutError):
+            await asyncio.wait_for(waits(source), 0.3)
+        return source.state
+
+    assert asyncio.run(some()) == "closed"
 
 
 def test_a_source_that_cannot_be_is_refused(tmp_path: Path) -> None:
@@ -122,7 +171,8 @@ def test_a_source_that_cannot_be_is_refused(tmp_path: Path) -> None:
     ):
         with pytest.raises(taxel.Error, match=words):
             taxel.live(address)
-    with pytest.raises(taxel.Error, match="queue 0"):
-        taxel.live("sim:econe", queue=0)
+    for queue in (0, -1):
+        with pytest.raises(taxel.Error, match=f"queue {queue}"):
+            taxel.live("sim:econe", queue=queue)
     with taxel.live("udp:127.0.0.1:0", "econe") as silent:
         assert silent.next(timeout=0.1) is None

@@ -101,18 +101,24 @@ def test_any_type_of_number_is_the_same_number(kind: str) -> None:
 
 def test_order_in_memory_does_not_matter(grip: taxel.Simulation) -> None:
     wanted = taxel.Pipeline("econe").process(grip.counts[::2]).loads
-    fixed = grip.counts.copy()
+    fixed = grip.counts[::2].copy()
     fixed.flags.writeable = False
-    for same in (np.asfortranarray(grip.counts)[::2], fixed[::2], grip.counts[:, ::-1][:, ::-1][::2]):
+    assert np.ascontiguousarray(fixed) is fixed
+    for same in (np.asfortranarray(grip.counts)[::2], fixed, grip.counts[:, ::-1][:, ::-1][::2], np.ma.asarray(fixed)):
         found = taxel.Pipeline("econe").process(same).loads
         assert (found == wanted).all()  # type: ignore[union-attr]
 
 
 def test_single_precision_is_asked_for() -> None:
     counts = taxel.simulate("mat-16x16-cd4067", pattern="blobs", frames=3).counts
-    double, single = (taxel.Pipeline("mat-16x16-cd4067").process(counts, dtype=kind).loads for kind in ("f8", "f4"))
-    assert double is not None and single is not None and single.dtype == np.float32
-    assert (single == double.astype(np.float32)).all()
+    with pytest.warns(taxel.NoiseOnlyWarning):
+        double, single = (
+            taxel.Pipeline("mat-16x16-cd4067").process(counts, dtype=kind, siemens=True, standard_errors=True) for kind in ("f8", "f4")
+        )
+    for name in ("loads", "siemens", "standard_errors"):
+        wide, narrow = getattr(double, name), getattr(single, name)
+        assert (wide.dtype, narrow.dtype) == (np.float64, np.float32)
+        assert (narrow == wide.astype(np.float32)).all()
     with pytest.raises(taxel.ArrayError, match="float64 or float32"):
         taxel.Pipeline("mat-16x16-cd4067").process(counts, dtype="i4")
 
@@ -199,8 +205,76 @@ def test_a_pickled_pipeline_does_the_same_elsewhere(grip: taxel.Simulation) -> N
     assert (again.process(grip.counts).loads == pipeline.process(grip.counts).loads).all()
 
 
+def test_a_pipeline_is_pickled_by_words_alone(tmp_path: Path) -> None:
+    """A path of one system cannot be made on another."""
+    taxel.Sensor("econe").save(tmp_path / "my own.toml")
+    pipeline = taxel.Pipeline(tmp_path / "my own.toml")
+    assert b"pathlib" not in pickle.dumps(pipeline)
+    assert pickle.loads(pickle.dumps(pipeline)).sensor.file == tmp_path / "my own.toml"
+
+
+def test_the_inverse_of_a_frame_begins_with_the_answer_before_it() -> None:
+    for preset in ("econe", "mat-16x16-cd4067"):
+        frame = taxel.simulate(preset, pattern="fingers", seed=3).counts[0]
+        pipeline = taxel.Pipeline(preset)
+        first, *_, later = (pipeline.process(frame).rounds[0] for _ in range(4))
+        pipeline.reset()
+        assert later < first == pipeline.process(frame).rounds[0]
+
+
+def test_what_loads_remember_goes_from_call_to_call() -> None:
+    tables = taxel.Sensor("mat-16x16-cd4067").to_dict()
+    tables["material"]["dynamic"] = {"lag_weight": [0.2, 0.1], "lag_secs": [0.5, 5.0], "period_secs": 0.05}
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="hand", frames=60, seed=6).counts
+    time = np.arange(60) / 20.0
+    at_once = taxel.Pipeline(tables).process(counts, time=time).loads
+    pipeline = taxel.Pipeline(tables)
+    parts = [pipeline.process(counts[part], time=time[part]).loads for part in (slice(25), slice(25, 60))]
+    begun_anew = taxel.Pipeline(tables).process(counts[25:], time=time[25:]).loads
+    assert at_once is not None and begun_anew is not None
+    np.testing.assert_allclose(np.concatenate(parts), at_once, rtol=0, atol=1e-9 * at_once.max())  # type: ignore[arg-type]
+    assert np.abs(begun_anew - at_once[25:]).max() > 0.02 * at_once.max()
+
+
+def test_fractions_of_counts_count(grip: taxel.Simulation) -> None:
+    whole, half = (taxel.Pipeline("econe").process(grip.counts[:2] + more) for more in (0, 0.5))
+    assert whole.loads is not None and half.loads is not None
+    heavy = whole.loads > 0.2
+    assert (half.loads[heavy] > whole.loads[heavy]).mean() > 0.99 or (half.loads[heavy] < whole.loads[heavy]).mean() > 0.99
+
+
+def test_what_is_masked_is_refused(grip: taxel.Simulation) -> None:
+    masked = np.ma.masked_array(grip.counts, mask=False)
+    masked[2, 3, 4:7] = np.ma.masked
+    pipeline = taxel.Pipeline("econe")
+    with pytest.raises(taxel.ArrayError, match="3 of 163840 numbers of the frames are masked"):
+        pipeline.process(masked)
+    # As its hint says.
+    marks = pipeline.process(masked.filled(0), marks=taxel.MARKS["open"] * np.ma.getmaskarray(masked)).marks
+    assert (marks[2, 3, 4:7] == taxel.MARKS["open"]).all() and np.count_nonzero(marks) == 3
+
+
+def test_who_called_is_warned(grip: taxel.Simulation, tmp_path: Path) -> None:
+    np.save(tmp_path / "grip.npy", grip.counts[:2])
+    pipeline, recording = taxel.Pipeline("econe"), taxel.read(tmp_path / "grip.npy", "econe")
+    for call in (
+        lambda: pipeline.process(grip.counts[0], standard_errors=True),
+        lambda: pipeline.process(recording, standard_errors=True),
+        lambda: next(pipeline.stream(recording, standard_errors=True)),
+    ):
+        with pytest.warns(taxel.NoiseOnlyWarning) as warned:
+            call()
+        assert [Path(each.filename).name for each in warned] == ["test_pipeline.py"]
+
+
 def test_no_frames_are_no_error(preset: str) -> None:
     rows, columns = taxel.Sensor(preset).shape
+    nothing = np.empty((0, rows, columns))
+    assert taxel.scan(preset, nothing).shape == taxel.solve(preset, nothing)[0].shape == nothing.shape
+    assert taxel.simulate(preset, nothing).counts.shape == nothing.shape
+    assert taxel.Pipeline(preset).look_for_faults(nothing) == []
+    with pytest.raises(taxel.ArrayError, match="without frames"):
+        taxel.plot.heatmap(taxel.Pipeline(preset).process(nothing))
     result = taxel.Pipeline(preset).process(np.empty((0, rows, columns)), standard_errors=True)
     assert result.loads is not None and result.loads.shape == (0, rows, columns) == result.marks.shape
     assert result.figures.rows == 0
@@ -215,7 +289,8 @@ def test_tables_and_arrays_of_others(grip: taxel.Simulation) -> None:
     dataset = result.to_xarray()
     assert dataset["loads"].dims == ("frame", "y", "x") and float(dataset["x"][-1]) == 254.0
     assert dataset["loads"].attrs["units"] == "N"
-    assert np.from_dlpack(result.loads).shape == (20, 64, 128)
+    assert np.shares_memory(np.from_dlpack(result.loads), result.loads)
+    assert (dataset["time"] == time).all() and dataset["time"].attrs["units"] == "s"
     np.testing.assert_allclose(result.kilopascals, result.loads / result.sensor.taxel_area_mm2 * 1e3)
 
 
@@ -283,9 +358,12 @@ def test_options_that_cannot_be_are_refused(grip: taxel.Simulation) -> None:
         ({"time": np.arange(3)}, "times of shape"),
         ({"tare": np.zeros((64, 127))}, "a tare of shape"),
         ({"tare": np.full((64, 128), np.nan)}, "no number"),
+        ({"tare": np.zeros((3, 64, 128))}, "a tare of shape"),
     ):
         with pytest.raises(taxel.Error, match=words):
             pipeline.process(grip.counts, **options)  # type: ignore[arg-type]
+    with pytest.raises(taxel.Error, match="seed -1"):
+        taxel.simulate("econe", seed=-1)
     with pytest.raises(taxel.Error, match="no method `newtown`"):
         taxel.Pipeline("econe", method="newtown")
     tables = taxel.Sensor("econe").to_dict()

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import json
+import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -53,6 +56,105 @@ def test_a_recording_goes_through_a_pipeline(files: Path, grip: taxel.Simulation
     assert found.time is not None and (np.diff(found.time) > 0).all()
     parts = list(taxel.Pipeline(recording.sensor).stream(taxel.read(files / "grip.mcap"), chunk=6))
     assert [len(part.answered) for part in parts] == [6, 6, 6, 2]
+    streamed = np.concatenate([part.loads for part in parts])  # type: ignore[misc]
+    assert wanted.loads is not None and np.abs(streamed - wanted.loads).max() < 1e-9 * wanted.loads.max()
+    assert np.concatenate([part.figures["time_s"] for part in parts]).tolist() == found.figures["time_s"].tolist()
+
+
+def test_a_recording_takes_what_it_has_none_of_and_no_second(files: Path, grip: taxel.Simulation) -> None:
+    pipeline, time, tare = taxel.Pipeline("econe"), np.arange(20.0), np.full((64, 128), 0.01)
+    without = taxel.read(files / "grip.txt", "econe")
+    found = pipeline.process(without, time=time, tare=tare)
+    plain = taxel.Pipeline("econe").process(grip.counts)
+    assert found.time is not None and found.time.tolist() == time.tolist()
+    np.testing.assert_allclose(found.loads, plain.loads - 0.01, rtol=0, atol=1e-12)  # type: ignore[operator]
+    marks = np.zeros(grip.counts.shape, np.uint8)
+    marks[:, 5, 7] = taxel.MARKS["stuck"]
+    assert (pipeline.process(without, marks=marks).marks[:, 5, 7] == taxel.MARKS["stuck"]).all()
+    with pytest.raises(taxel.Error, match="times of its own"):
+        pipeline.process(taxel.read(files / "grip.mcap"), time=time)
+    with pytest.raises(taxel.Error, match="opened as counts, not as volts"):
+        pipeline.process(without, unit="volts")
+
+
+def tared(path: Path, at: Path, tares: list[tuple[int, float]]) -> None:
+    """Copies a recording and says what is taken off its loads, newtons, from which of its frames on: docs/formats.md, Tare."""
+    from mcap.reader import make_reader
+    from mcap.writer import Writer
+
+    with path.open("rb") as source, at.open("wb") as out:
+        reader, writer = make_reader(source), Writer(out, chunk_size=1)
+        header = reader.get_header()
+        writer.start(header.profile, header.library)
+        known: dict[int, int] = {}
+        for number, (schema, channel, message) in enumerate(m for m in reader.iter_messages() if m[1].topic == "/taxel/counts"):
+            if channel.id not in known:
+                kind = 0 if schema is None else writer.register_schema(schema.name, schema.encoding, schema.data)
+                known[channel.id] = writer.register_channel(channel.topic, channel.message_encoding, kind, channel.metadata)
+            for first, newtons in tares:
+                if first == number:
+                    loads = [newtons] * 256
+                    text = json.dumps({"from_sequence": message.sequence, "unit": "N", "loads": loads, "raw": loads})
+                    writer.add_attachment(message.log_time, message.log_time, "taxel/tare", "application/json", text.encode())
+            writer.add_message(known[channel.id], message.log_time, message.data, message.publish_time, message.sequence)
+        for metadata in reader.iter_metadata():
+            writer.add_metadata(metadata.name, metadata.metadata)
+        writer.finish()
+
+
+def test_a_tare_of_a_recording_is_kept_once_where_it_stays(tmp_path: Path, command: Callable[..., str]) -> None:
+    counts = taxel.simulate("mat-16x16-cd4067", pattern="hand", frames=30, seed=2).counts
+    np.save(tmp_path / "a.npy", counts)
+    command("convert", tmp_path / "a.npy", "--sensor", "mat-16x16-cd4067", "-o", tmp_path / "a.mcap")
+    plain = taxel.Pipeline("mat-16x16-cd4067").process(counts).loads
+    for tares in ([(0, 0.01)], [(0, 0.01), (12, 0.02)], [(7, 0.01)]):
+        path = tmp_path / f"{len(list(tmp_path.iterdir()))}.mcap"
+        tared(tmp_path / "a.mcap", path, tares)
+        recording = taxel.read(path, "mat-16x16-cd4067")
+        wanted = np.zeros(30)
+        for first, newtons in tares:
+            wanted[first:] = newtons
+        assert recording.tare is not None and recording.tare.shape == counts.shape
+        assert (recording.tare == wanted[:, None, None]).all()
+        assert (recording.tare.strides[0] == 0) == (tares == [(0, 0.01)])
+        found = taxel.Pipeline("mat-16x16-cd4067").process(recording)
+        np.testing.assert_allclose(found.loads, plain - recording.tare, rtol=0, atol=1e-12)  # type: ignore[operator]
+        streamed = taxel.Pipeline("mat-16x16-cd4067").stream(recording, chunk=5)
+        np.testing.assert_allclose(np.concatenate([part.loads for part in streamed]), found.loads, rtol=0, atol=1e-9)  # type: ignore[misc,arg-type]
+        with pytest.raises(taxel.Error, match="a tare of its own"):
+            taxel.Pipeline("mat-16x16-cd4067").process(recording, tare=np.zeros((16, 16)))
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="pipes of Unix")
+@pytest.mark.parametrize("use", ["counts", "one", "length", "chunks"])
+def test_a_pipe_is_read_once(use: str, files: Path, grip: taxel.Simulation, tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.txt"
+    os.mkfifo(pipe)
+    writer = threading.Thread(target=lambda: pipe.write_bytes((files / "grip.txt").read_bytes()))
+    writer.start()
+    recording = taxel.read(pipe, "econe")
+    if use == "chunks":
+        read = np.concatenate([chunk.values for chunk in recording.chunks(6)])
+        assert (read == grip.counts).all()
+        with pytest.raises(taxel.Error, match="read already"):
+            recording.load()
+    elif use == "one":
+        assert (recording[3] == grip.counts[3]).all() and (recording[-1] == grip.counts[-1]).all()
+    elif use == "length":
+        assert len(recording) == 20
+    if use != "chunks":
+        assert (recording.counts == grip.counts).all() and recording.missing == [] and recording.events == []
+    writer.join()
+
+
+@pytest.mark.parametrize("name", ["none.npy", "none.txt", "none.csv"])
+def test_a_recording_without_frames(name: str, tmp_path: Path) -> None:
+    if name.endswith("npy"):
+        np.save(tmp_path / name, np.empty((0, 16, 16), np.uint16))
+    else:
+        (tmp_path / name).write_text("")
+    with pytest.raises(taxel.FileError, match=name):
+        taxel.read(tmp_path / name, "mat-16x16-cd4067").load()
 
 
 def test_means_of_counts_keep_their_fractions(tmp_path: Path, grip: taxel.Simulation) -> None:
@@ -106,7 +208,20 @@ def test_broken_files_are_refused_in_words(tmp_path: Path, grip: taxel.Simulatio
 def test_a_closed_recording_says_so(files: Path) -> None:
     with taxel.read(files / "grip.npy", "econe") as recording:
         assert len(recording) == 20
-    for use in (lambda: recording.counts, lambda: recording[0], lambda: next(iter(recording)), lambda: recording.time):
+    pipeline = taxel.Pipeline("econe")
+    for use in (
+        lambda: recording.counts,
+        lambda: recording[0],
+        lambda: next(iter(recording)),
+        lambda: recording.time,
+        lambda: recording.events,
+        lambda: recording.missing,
+        recording.load,
+        lambda: len(recording),
+        lambda: pipeline.process(recording),
+        lambda: next(pipeline.stream(recording)),
+        lambda: pipeline.look_for_faults(recording),
+    ):
         with pytest.raises(taxel.Error, match="closed"):
             use()
 

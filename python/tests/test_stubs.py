@@ -39,7 +39,7 @@ def sections(thing: Callable[..., object]) -> dict[str, str]:
 
 
 FUNCTIONS = [getattr(taxel, name) for name in taxel.__all__ if inspect.isfunction(getattr(taxel, name))]
-METHODS = [taxel.Pipeline.process, taxel.Pipeline.stream, taxel.Pipeline.look_for_faults]
+METHODS = [taxel.Pipeline.process, taxel.Pipeline.stream, taxel.Pipeline.look_for_faults, taxel.Live.next, taxel.plot.heatmap, taxel.plot.over_time]
 
 
 @pytest.mark.parametrize("function", [*FUNCTIONS, *METHODS, taxel.ray.process], ids=lambda function: function.__qualname__)

@@ -191,12 +191,16 @@ def endless(counts: np.ndarray, tmp_path: Path) -> Path:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-@pytest.mark.parametrize("work", ["presses", "frames to identify"])
+@pytest.mark.parametrize("work", ["presses", "frames to identify", "load", "length", "measure", "faults"])
 def test_ctrl_c_ends_reading_without_an_end(work: str, endless: Path, tmp_path: Path) -> None:
     (tmp_path / "presses.csv").write_text("recording,frame,row,column,load_g\nendless.txt,1000000000,3,4,50\n")
     calls = {
         "presses": lambda: taxel.calibrate("mat-32x32-adg732", tmp_path / "presses.csv"),
         "frames to identify": lambda: taxel.identify(endless, "mat-32x32-adg732"),
+        "load": lambda: taxel.read(endless, "mat-32x32-adg732").load(),
+        "length": lambda: len(taxel.read(endless, "mat-32x32-adg732")),
+        "measure": lambda: taxel.measure(endless, sensor="mat-32x32-adg732"),
+        "faults": lambda: taxel.Pipeline("mat-32x32-adg732").look_for_faults(taxel.read(endless, "mat-32x32-adg732")),
     }
     press_ctrl_c(calls[work])
 
@@ -220,7 +224,7 @@ def test_ctrl_c_ends_arithmetic_of_minutes(work: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
-@pytest.mark.parametrize("work", ["process", "calibrate", "simulate", "map"])
+@pytest.mark.parametrize("work", ["process", "calibrate", "simulate", "map", "scan", "solve", "live"])
 def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> None:
     many = np.broadcast_to(counts, (400, *counts.shape)).reshape(-1, 32, 32)
     rng = np.random.default_rng(3)
@@ -232,11 +236,24 @@ def test_ctrl_c_ends_a_call(work: str, counts: np.ndarray, tmp_path: Path) -> No
         "calibrate": lambda: taxel.calibrate("mat-32x32-adg732", presses, line_resistance=True),
         "simulate": lambda: taxel.simulate("econe", pattern="hand", frames=5_000, seed=1),
         "map": lambda: taxel.map(tmp_path / "many.npy", tmp_path / "out", sensor="mat-32x32-adg732", intervals=True),
+        "scan": lambda: taxel.scan("econe", np.full((20_000, 64, 128), 1e-5, np.float32)),
+        "solve": lambda: taxel.solve("econe", np.full((5_000, 64, 128), 0.1, np.float32)),
+        "live": lambda: taxel.live("udp:127.0.0.1:0", "econe").next(),
     }
     np.save(tmp_path / "many.npy", many)
     press_ctrl_c(calls[work])
     # Nothing of it is left that would stand in the way.
     assert sum_of(counts) > 0.0
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals of Unix")
+def test_a_pipeline_that_ctrl_c_has_ended_begins_anew(counts: np.ndarray) -> None:
+    many = np.concatenate([counts] * 400)
+    pipeline = taxel.Pipeline("mat-32x32-adg732")
+    press_ctrl_c(lambda: pipeline.process(many, standard_errors=True))
+    new, again = taxel.Pipeline("mat-32x32-adg732").process(counts[:7]), pipeline.process(counts[:7])
+    assert (again.rounds == new.rounds).all() and (again.marks == new.marks).all()
+    assert (again.loads == new.loads).all()  # type: ignore[union-attr]
 
 
 def test_a_pool_of_processes_takes_a_pipeline(counts: np.ndarray) -> None:

@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use taxel::{Frame, Mark};
 
 use crate::error::Error;
+use crate::integrity::Integrity;
 use crate::lines::{Line, Lines};
 use crate::number::{Rule, count_fields, count_numbers, is_blank, parse_line};
 use crate::options::ReadOptions;
@@ -62,6 +63,8 @@ struct Progress {
     lines: usize,
     /// Fields of the line before, when it was short: half a line torn in two.
     short: Option<usize>,
+    /// A line had numbers of no whole count of lines.
+    is_torn: bool,
 }
 
 impl Progress {
@@ -78,7 +81,14 @@ impl Progress {
             return;
         }
         self.lines += fields.div_ceil(expected).max(1);
+        self.is_torn |=
+            self.short.is_some() || (fields > expected && !fields.is_multiple_of(expected));
         self.short = (fields < expected).then_some(fields);
+    }
+
+    /// Whether there were more or fewer lines than were counted, for all that is known.
+    fn is_doubtful(&self) -> bool {
+        self.is_torn || self.short.is_some()
     }
 }
 
@@ -98,6 +108,8 @@ pub(crate) struct Grid<R> {
     /// Whether the line before was closed by a comma.
     commas: bool,
     skips: SkipLog,
+    /// The first frame that may begin on another line than it should.
+    doubtful: Option<u64>,
     done: bool,
     plain: Plain,
 }
@@ -141,6 +153,7 @@ impl<R: Read> Grid<R> {
             progress: Progress::default(),
             commas: false,
             skips: SkipLog::default(),
+            doubtful: None,
             done: false,
             plain: Plain::default(),
         })
@@ -158,6 +171,12 @@ impl<R: Read> Grid<R> {
 
     pub(crate) fn skips(&self) -> &SkipLog {
         &self.skips
+    }
+
+    pub(crate) fn integrity(&self) -> Integrity {
+        let mut integrity = Integrity::default();
+        integrity.damage.doubtful = self.doubtful.filter(|first| *first < self.frame);
+        integrity
     }
 
     /// The next frame's values, row by row, or `None` at the end. `values` holds rows × columns.
@@ -185,6 +204,10 @@ impl<R: Read> Grid<R> {
                     });
                     self.frame += 1;
                     self.find_next_frame()?;
+                    let is_parted = matches!(self.extra, Extra::Every(_));
+                    if !is_parted && self.progress.is_doubtful() {
+                        self.doubtful.get_or_insert(self.frame);
+                    }
                 }
                 Err(error) => {
                     self.done = true;
@@ -223,6 +246,7 @@ impl<R: Read> Grid<R> {
                 Line::End => return Err(self.cut_short(1, "stopped")),
                 Line::TooLong { bytes } => {
                     self.progress.lines += 1;
+                    self.progress.is_torn = true;
                     let (at, limit) = (self.place(0), self.lines.limit());
                     return Err(Error::LineLength {
                         at,
@@ -279,7 +303,10 @@ impl<R: Read> Grid<R> {
             }
             match self.line()? {
                 Line::End => return Ok(()),
-                Line::TooLong { .. } => self.progress.lines += 1,
+                Line::TooLong { .. } => {
+                    self.progress.lines += 1;
+                    self.progress.is_torn = true;
+                }
                 line => {
                     let text = self.lines.text(line);
                     let begins = if enough {
@@ -307,6 +334,7 @@ impl<R: Read> Grid<R> {
         if let Line::Text { .. } = line {
             let fields = count_fields(self.lines.text(line));
             if fields > 0 && self.progress.is_half(fields, self.line_numbers) {
+                self.progress.short = None;
                 return Ok(());
             }
         }

@@ -63,6 +63,10 @@ pub struct Damage {
     pub checksum: bool,
     /// The file ends before its data does.
     pub cut: bool,
+    /// The first frame of a text that may begin on another line than it should: a line before it had too many or too few
+    /// numbers, and nothing parts frames.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub doubtful: Option<u64>,
 }
 
 impl Damage {
@@ -87,6 +91,11 @@ impl Damage {
         say(self.bytes, "byte", "that belong to no record");
         if self.cut {
             words.push("the end of the file is missing".to_owned());
+        }
+        if let Some(frame) = self.doubtful {
+            words.push(format!(
+                "frame {frame} and those behind it may be shifted by a line: one before them had too many or too few numbers, and nothing stands between frames here"
+            ));
         }
         if self.checksum && words.is_empty() {
             words.push(

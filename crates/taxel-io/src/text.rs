@@ -11,6 +11,7 @@ use taxel::{Counts, Executor, Frame};
 
 use crate::error::Error;
 use crate::grid::Grid;
+use crate::integrity::Integrity;
 use crate::number::Rule;
 use crate::options::{ReadOptions, extension};
 use crate::rows::{ExtraLines, RowWriter};
@@ -89,6 +90,9 @@ impl<R: Read + Send> FrameSource<Counts> for TextReader<R> {
     }
     fn skips(&self) -> &[Skipped] {
         &self.grid.skips().first
+    }
+    fn integrity(&self) -> Integrity {
+        self.grid.integrity()
     }
     fn bytes_read(&self) -> u64 {
         self.grid.bytes()

@@ -8,6 +8,7 @@ use taxel::Frame;
 
 use crate::error::Error;
 use crate::grid::Grid;
+use crate::integrity::Integrity;
 use crate::number::Rule;
 use crate::options::ReadOptions;
 use crate::rows::{ExtraLines, RowWriter};
@@ -63,6 +64,9 @@ impl<Q, R: Read> FrameSource<Q> for ValuesReader<Q, R> {
     }
     fn skips(&self) -> &[Skipped] {
         &self.grid.skips().first
+    }
+    fn integrity(&self) -> Integrity {
+        self.grid.integrity()
     }
     fn bytes_read(&self) -> u64 {
         self.grid.bytes()

@@ -187,6 +187,42 @@ fn keep_going_leaves_out_the_broken_frame_and_no_other() {
 }
 
 #[test]
+fn frames_behind_a_line_of_the_wrong_length_are_said_to_be_shifted_perhaps() {
+    let frame = "1,2,3,\n4,5,6,\n";
+    let words = |extra: &str, broken: &str, behind: usize| {
+        let mut going = options(2, 3);
+        going.keep_going = true;
+        going.extra_line = extra.is_empty().then_some(false);
+        let whole = format!("{extra}{frame}");
+        let text = format!("{whole}{whole}{extra}{broken}{}", whole.repeat(behind));
+        let mut reader = TextReader::new(text.as_bytes(), "rec", going).unwrap();
+        while reader.next_into(&mut Frame::zeros(2, 3)).unwrap() {}
+        assert!(reader.skipped() > 0, "{text:?}");
+        reader.integrity().words()
+    };
+    // Bytes lost inside a line, with or without its end; a line more.
+    for broken in ["1,2,3,\n4,5,\n", "1,2,34,5,\n", "1,2,3,\n4,\n4,5,6,\n"] {
+        assert_eq!(
+            words("", broken, 1),
+            [
+                "frame 3 and those behind it may be shifted by a line: one before them had too many or too few numbers, and nothing stands between frames here"
+            ]
+        );
+        assert!(words("t,t,t\n", broken, 1).is_empty(), "{broken:?}");
+    }
+    assert!(words("", "1,2,3,\n4,5,\n", 0).is_empty());
+    // Two lines in one, one in two, and a number that is none: it is known how many lines there were.
+    for broken in [
+        "1,2,3,4,5,6,\n",
+        "1,2,3,\n4,\n5,6,\n",
+        "1,\n2,3,\n4,5,6,\n",
+        "1,x,3,\n4,5,6,\n",
+    ] {
+        assert!(words("", broken, 1).is_empty(), "{broken:?}");
+    }
+}
+
+#[test]
 fn an_extra_line_finds_the_next_frame_after_a_lost_line() {
     let mut going = options(2, 3);
     going.keep_going = true;

@@ -270,7 +270,7 @@ impl Worker {
 pub(super) struct Solving<'a> {
     pub(super) wanted: Wanted,
     pub(super) input: Input,
-    /// What is taken off each load, newtons.
+    /// What is taken off each load, newtons: of every frame the same, or of each frame.
     pub(super) tare: Option<&'a [f64]>,
     pub(super) begins_anew: bool,
     pub(super) stop: &'a Stop,
@@ -296,7 +296,9 @@ impl Work<Block> for Solving<'_> {
             // Readings were uncertain by as much before it.
             if let Some(tare) = self.tare {
                 let taxels = frame.taxels();
-                let zeros = &tare[frame.sequence as usize * taxels..][..taxels];
+                let is_one = tare.len() == taxels;
+                let at = if is_one { 0 } else { frame.sequence as usize };
+                let zeros = &tare[at * taxels..][..taxels];
                 let loads = out.loads.values_mut().iter_mut().zip(zeros);
                 loads.for_each(|(load, zero)| *load -= zero);
             }

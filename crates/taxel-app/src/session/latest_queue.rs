@@ -8,6 +8,8 @@ use super::sync::{Condvar, Mutex, MutexGuard, unit_tests};
 struct Held<T> {
     items: VecDeque<T>,
     closed: bool,
+    /// Whether the reader works on what it took last.
+    in_work: bool,
 }
 
 /// The newest few of a stream.
@@ -24,6 +26,7 @@ impl<T> LatestQueue<T> {
             held: Mutex::new(Held {
                 items: VecDeque::with_capacity(most),
                 closed: false,
+                in_work: false,
             }),
             changed: Condvar::new(),
             taken: Condvar::new(),
@@ -62,11 +65,19 @@ impl<T> LatestQueue<T> {
         self.changed.notify_one();
     }
 
-    /// The oldest there is, waiting for one; `None` when it is closed and empty.
+    /// Whether nothing waits, and the reader has come back for more.
+    pub(super) fn is_idle(&self) -> bool {
+        let held = self.lock();
+        held.items.is_empty() && !held.in_work
+    }
+
+    /// The oldest there is, waiting for one; `None` when it is closed and empty. What was taken before is done.
     pub(super) fn pop(&self) -> Option<T> {
         let mut held = self.lock();
+        held.in_work = false;
         loop {
             if let Some(item) = held.items.pop_front() {
+                held.in_work = true;
                 self.taken.notify_one();
                 return Some(item);
             }
@@ -103,6 +114,19 @@ unit_tests! {
                 [queue.pop(), queue.pop(), queue.pop()],
                 [Some(2), Some(3), None]
             );
+        }
+
+        #[test]
+        fn it_is_idle_once_what_was_taken_last_is_done() {
+            let queue = LatestQueue::new(2);
+            assert!(queue.is_idle());
+            queue.push(1);
+            assert!(!queue.is_idle());
+            assert_eq!(queue.pop(), Some(1));
+            assert!(!queue.is_idle());
+            queue.close();
+            assert_eq!(queue.pop(), None);
+            assert!(queue.is_idle());
         }
     }
 }

@@ -415,6 +415,16 @@ impl Session {
         self.status.device()
     }
 
+    /// Whether the source has ended and all that came of it was solved, and shown to the observer.
+    pub fn has_ended(&self) -> bool {
+        self.state().0 == State::Ended && self.incoming.is_idle()
+    }
+
+    /// Frames that the engine had no time for.
+    pub fn left_out(&self) -> u64 {
+        self.status.skipped()
+    }
+
     /// Frames received; lost, corrupt and repeated ones.
     pub fn link_stats(&self) -> taxel_acquire::protocol::LinkStats {
         self.status.link_stats()

@@ -213,6 +213,10 @@ impl SessionStatus {
         self.lock().link_stats
     }
 
+    pub(super) fn skipped(&self) -> u64 {
+        self.lock().message.skipped
+    }
+
     pub(super) fn skip(&self) {
         self.lock().message.skipped += 1;
     }

@@ -9,7 +9,6 @@ use std::time::Duration;
 use taxel::{Counts, Frame, Sensor};
 use taxel_acquire::Address;
 use taxel_acquire::protocol::taxel1::{Header, encode};
-use taxel_acquire::transport::State;
 use taxel_app::exported::exported_words;
 use taxel_app::json_line::json_line;
 use taxel_app::methods::MethodName;
@@ -165,6 +164,8 @@ fn send_all(
 ) -> Result<(), Error> {
     let mut told = String::new();
     loop {
+        // Asked first: what was solved before it is there by then.
+        let has_ended = session.has_ended();
         match receive.recv_timeout(LOOK) {
             Ok(bytes) => match to.send(&bytes) {
                 Ok(is_sent) => *sent += u64::from(is_sent),
@@ -174,7 +175,7 @@ fn send_all(
                 }
                 Err(error) => return Err(error),
             },
-            Err(RecvTimeoutError::Timeout) if session.state().0 == State::Ended => return Ok(()),
+            Err(RecvTimeoutError::Timeout) if has_ended => return Ok(()),
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => return Ok(()),
         }
