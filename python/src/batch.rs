@@ -36,7 +36,7 @@ impl Batch {
         transpose: bool,
         with_names: bool,
     ) -> PyResult<Self> {
-        let mut settings = Settings::new(sensor.map(|sensor| (sensor.sensor, sensor.file)));
+        let mut settings = Settings::new(sensor.map(Sensor::into_parts));
         settings.method = method.parse::<MethodName>().map_err(errors::other)?;
         settings.loads = match loads {
             "parquet" => LoadsFile::Parquet,

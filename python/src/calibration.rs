@@ -268,10 +268,7 @@ impl Calibration {
     /// The sensor with what was found.
     #[getter]
     fn sensor(&self) -> Sensor {
-        Sensor {
-            sensor: self.found.sensor.clone(),
-            file: self.file.clone(),
-        }
+        Sensor::new_of(self.found.sensor.clone(), self.file.clone())
     }
 
     /// All that the command reports, as a dict.

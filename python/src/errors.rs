@@ -65,6 +65,28 @@ pub(crate) fn of_io(error: taxel_io::Error) -> PyErr {
     }
 }
 
+/// What reading frames refuses: the option that goes on without one goes by another name than the command's.
+pub(crate) fn of_frames(error: taxel_app::Error) -> PyErr {
+    let error = match error {
+        taxel_app::Error::Io(error) if error.is_one_frame() => error,
+        error => return of_app(error),
+    };
+    let text = error
+        .to_string()
+        .replace("--keep-going", "`keep_going=True`");
+    if text.contains("keep_going") {
+        return Kind::File.raise(&text);
+    }
+    let joint = if text.contains("\nhint: ") {
+        "; "
+    } else {
+        "\nhint: "
+    };
+    Kind::File.raise(&format_args!(
+        "{text}{joint}`keep_going=True` leaves its frame out"
+    ))
+}
+
 /// What a person's work refuses.
 pub(crate) fn of_app(error: taxel_app::Error) -> PyErr {
     match error {

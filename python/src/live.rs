@@ -156,7 +156,7 @@ impl Stream {
             None => {
                 let found = py.detach(|| sensor_source::of(&address, None));
                 let (sensor, file) = found.map_err(errors::of_app)?;
-                Sensor { sensor, file }
+                Sensor::new_of(sensor, file)
             }
         };
         let waiting = Arc::new(Waiting {
@@ -164,7 +164,8 @@ impl Stream {
             came: Condvar::new(),
             most: queue,
         });
-        let mut options = SessionOptions::new(address, sensor.sensor.clone(), &sensor.file);
+        let mut options =
+            SessionOptions::new(address, taxel::Sensor::clone(&sensor.sensor), &sensor.file);
         let named: Result<MethodName, String> = method.parse();
         options.method = named.map_err(errors::other)?;
         options.record = record;

@@ -74,7 +74,7 @@ pub(crate) fn measure<'py>(
     settings.phalanges = regions.as_deref().and_then(finds_regions) == Some(true);
     let found = interruptible(py, |stop| {
         let (sensor, file) = match sensor {
-            Some(sensor) => (sensor.sensor, sensor.file),
+            Some(sensor) => sensor.into_parts(),
             None => sensor_source::of_recording(&recording)?,
         };
         let mut measured = Measured {

@@ -150,7 +150,7 @@ impl Reader {
             let mut chunk = Chunk::new(self.unit == InputUnit::Counts);
             loop {
                 chunk.add_plain(&mut reader, most, stop)?;
-                if chunk.sequence.len() >= most || !reader.advance().map_err(errors::of_app)? {
+                if chunk.sequence.len() >= most || !reader.advance().map_err(errors::of_frames)? {
                     return PyResult::Ok(chunk);
                 }
                 stop.check();
@@ -168,7 +168,7 @@ impl Reader {
         interruptible(py, |stop| {
             let mut reader = self.lock();
             let mut skipped = 0;
-            while skipped < most && reader.advance().map_err(errors::of_app)? {
+            while skipped < most && reader.advance().map_err(errors::of_frames)? {
                 stop.check();
                 skipped += 1;
             }
@@ -248,7 +248,7 @@ impl Chunk {
             return Ok(());
         };
         let read = source.next_counts(wanted, values, &StoppableThreads(stop));
-        let read = read.map_err(errors::of_io)?;
+        let read = read.map_err(|error| errors::of_frames(error.into()))?;
         if read.is_empty() {
             return Ok(());
         }

@@ -24,7 +24,7 @@ pub(crate) fn identify<'py>(
 ) -> PyResult<Bound<'py, PyAny>> {
     let mut files = IdentifyFiles::default();
     files.recordings = recordings;
-    files.sensor = sensor.map(|sensor| sensor.sensor);
+    files.sensor = sensor.map(|sensor| sensor.into_parts().0);
     files.rows = rows;
     files.equilibration = equilibration;
     files.transpose = transpose;

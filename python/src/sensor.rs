@@ -2,8 +2,9 @@
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use numpy::{IntoPyArray, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use taxel::sensor::PRESETS;
@@ -30,18 +31,12 @@ use crate::output::dict_of;
 ///     No such file or preset.
 /// taxel.SensorError
 ///     What it says cannot be: which key, its value, and what was expected.
-#[pyclass(frozen, module = "taxel", eq, from_py_object)]
+#[pyclass(frozen, module = "taxel", from_py_object)]
 #[derive(Clone)]
 pub(crate) struct Sensor {
-    pub(crate) sensor: taxel::Sensor,
+    /// Shared: some have a number for every taxel, and every result has its sensor.
+    pub(crate) sensor: Arc<taxel::Sensor>,
     pub(crate) file: PathBuf,
-}
-
-/// The same sensor, wherever it comes from.
-impl PartialEq for Sensor {
-    fn eq(&self, other: &Self) -> bool {
-        self.sensor == other.sensor
-    }
 }
 
 /// The names of sensors that need no file.
@@ -61,10 +56,10 @@ impl Sensor {
         interruptible(source.py(), |_| {
             if carries_sensor(&file) {
                 let (sensor, file) = sensor_source::of_recording(&file).map_err(errors::of_app)?;
-                return Ok(Self { sensor, file });
+                return Ok(Self::new_of(sensor, file));
             }
             let sensor = sensor_file::load(&file).map_err(errors::of_io)?;
-            Ok(Self { sensor, file })
+            Ok(Self::new_of(sensor, file))
         })?
     }
 
@@ -83,7 +78,7 @@ impl Sensor {
                 return Ok(None);
             }
             let sensor = sensor_source::carried(&path).map_err(errors::of_app)?;
-            Ok(sensor.map(|sensor| Self { sensor, file: path }))
+            Ok(sensor.map(|sensor| Self::new_of(sensor, path)))
         })?
     }
 
@@ -173,8 +168,9 @@ impl Sensor {
     #[getter]
     fn taxel_areas_mm2<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let taxels = self.sensor.rows() * self.sensor.columns();
-        let areas = (0..taxels).map(|taxel| self.sensor.taxel_area_mm2(taxel));
-        PyArray1::from_iter(py, areas).reshape([self.sensor.rows(), self.sensor.columns()])
+        let area = |taxel| self.sensor.taxel_area_mm2(taxel);
+        let areas: Vec<f64> = py.detach(|| (0..taxels).map(area).collect());
+        areas.into_pyarray(py).reshape(self.shape())
     }
 
     /// The largest count that the converter gives.
@@ -198,9 +194,8 @@ impl Sensor {
     /// Which crossings carry a taxel: bool, rows × columns.
     #[getter]
     fn populated<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<bool>>> {
-        let there: Vec<bool> = (0..crossings(&self.sensor))
-            .map(|taxel| !self.sensor.is_absent(taxel))
-            .collect();
+        let is_there = |taxel| !self.sensor.is_absent(taxel);
+        let there: Vec<bool> = py.detach(|| (0..crossings(&self.sensor)).map(is_there).collect());
         there.into_pyarray(py).reshape(self.shape())
     }
 
@@ -208,7 +203,8 @@ impl Sensor {
     #[getter]
     fn positions_mm<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyArray2<f64>>>> {
         let positions = self.sensor.positions();
-        let flat = positions.map(|all| all.iter().flatten().copied().collect::<Vec<f64>>());
+        let flat = |all: &[[f64; 2]]| all.iter().flatten().copied().collect::<Vec<f64>>();
+        let flat = py.detach(|| positions.map(flat));
         flat.map(|flat| {
             let taxels = flat.len() / 2;
             flat.into_pyarray(py).reshape((taxels, 2))
@@ -234,11 +230,19 @@ impl Sensor {
         )
     }
 
+    /// The same sensor, wherever it comes from.
+    fn __eq__(&self, py: Python<'_>, other: &Bound<'_, PyAny>) -> bool {
+        let other = other.cast::<Self>().map(Bound::get);
+        other.is_ok_and(|other| py.detach(|| self.sensor == other.sensor))
+    }
+
     fn __hash__(&self, py: Python<'_>) -> u64 {
         use std::hash::{DefaultHasher, Hash, Hasher};
-        let mut hasher = DefaultHasher::new();
-        self.to_toml(py).hash(&mut hasher);
-        hasher.finish()
+        py.detach(|| {
+            let mut hasher = DefaultHasher::new();
+            self.sensor.to_toml().hash(&mut hasher);
+            hasher.finish()
+        })
     }
 
     /// Pickled as the text of its file. Where that came from goes as text: a path of one system is none on another.
@@ -255,7 +259,17 @@ impl Sensor {
     fn of_text(text: &str, file: PathBuf) -> PyResult<Self> {
         let sensor = taxel::Sensor::from_toml(text).map_err(errors::of_taxel)?;
         sensor_file::check_array(&file, sensor.rows(), sensor.columns()).map_err(errors::of_io)?;
-        Ok(Self { sensor, file })
+        Ok(Self::new_of(sensor, file))
+    }
+
+    pub(crate) fn new_of(sensor: taxel::Sensor, file: PathBuf) -> Self {
+        let sensor = Arc::new(sensor);
+        Self { sensor, file }
+    }
+
+    /// The sensor, and where it comes from.
+    pub(crate) fn into_parts(self) -> (taxel::Sensor, PathBuf) {
+        (Arc::unwrap_or_clone(self.sensor), self.file)
     }
 }
 

@@ -173,10 +173,7 @@ pub(crate) fn simulate<'py>(
     let dict = PyDict::new(py);
     dict.set_item("counts", counts.into_array(py))?;
     dict.set_item("loads_newtons", newtons.into_array(py))?;
-    let truth = Sensor {
-        sensor: drawn.sensor().clone(),
-        file: sensor.file.clone(),
-    };
+    let truth = Sensor::new_of(drawn.sensor().clone(), sensor.file.clone());
     dict.set_item("truth", truth)?;
     Ok(dict)
 }

@@ -16,7 +16,9 @@ say, ``Pipeline`` makes loads of frames, ``live`` does it as they come; ``scan``
 archive, ``taxel.ray`` on a cluster; ``taxel.lsl`` streams frames over a network; ``taxel.plot`` draws.
 """
 
-from . import lsl, plot
+from importlib import import_module
+from typing import TYPE_CHECKING
+
 from ._batch import map
 from ._calibrate import Calibration, Presses, calibrate
 from ._circuit import Simulation, evaluate, identify, report, scan, simulate, solve
@@ -28,6 +30,9 @@ from ._recording import Chunk, Recording, read
 from ._result import Result
 from ._table import Table
 from ._taxel import MARKS, Sensor, __version__, presets
+
+if TYPE_CHECKING:
+    from . import lsl, plot
 
 __all__ = [
     "MARKS",
@@ -64,3 +69,10 @@ __all__ = [
     "simulate",
     "solve",
 ]
+
+
+def __getattr__(name: str) -> object:
+    # Imported where they are used: most programs need neither.
+    if name in ("lsl", "plot"):
+        return import_module(f".{name}", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,7 +105,7 @@ class Live:
         while True:
             # Asked first: what came before the end is there by then.
             has_ended = self._stream.has_ended()
-            frame = await asyncio.to_thread(self.next, 0.2)
+            frame = await _elsewhere(lambda: self.next(0.2))
             if frame is not None:
                 yield frame
             elif has_ended:
@@ -122,7 +121,18 @@ class Live:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        await asyncio.to_thread(self.close)
+        await _elsewhere(self.close)
+
+
+T = TypeVar("T")
+
+
+async def _elsewhere(call: Callable[[], T]) -> T:
+    """On a thread of its own."""
+    # Imported by who needs it: it takes as long as half of this package.
+    import asyncio
+
+    return await asyncio.to_thread(call)
 
 
 def live(

@@ -21,10 +21,10 @@ def command() -> Callable[..., str]:
     program = os.environ.get("TAXEL", str(ROOT / "target" / "debug" / "taxel"))
     assert os.access(program, os.X_OK), f"there is no {program}: cargo build -p taxel-cli makes it, TAXEL names another"
 
-    def run(*arguments: object, code: int = 0) -> str:
+    def run(*arguments: object, code: int = 0, errors: bool = False) -> str:
         done = subprocess.run([program, *map(str, arguments)], capture_output=True, text=True, timeout=300)
         assert done.returncode == code, done.stderr
-        return done.stdout
+        return done.stderr if errors else done.stdout
 
     return run
 

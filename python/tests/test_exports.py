@@ -1,5 +1,6 @@
 """Files of other programs: read as recordings, their loads as they are."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,22 @@ def test_a_tekscan_export_is_a_recording_with_its_sensor():
     assert exported["unit"] == "KPa" and "6.33" in exported["program"]
     assert recording.counts.sum(axis=(1, 2)).tolist() == [35389, 35819, 34574]
     assert recording.time is not None and np.allclose(recording.time, [0, 0.032, 0.064])
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["emed.lst", "fscan.asf", "iscan.csv", "pedar.asc#left", "pedar.asc#right", "pliance.asc", "rsscan.txt", "xsensor.csv#left", "zebris.txt"],
+)
+def test_every_format_of_others_is_what_the_command_reads(name: str, command: Callable[..., str], tmp_path: Path):
+    # It says how many frames it had before it was cut.
+    is_cut = name.startswith("pedar")
+    command("convert", f"{CUTS / name}", "-o", tmp_path / "by-command.npy", code=3 if is_cut else 0)
+    recording = taxel.read(f"{CUTS / name}")
+    wanted = np.load(tmp_path / "by-command.npy")
+    assert len(wanted) > 1 and wanted.max() > 0.0
+    np.testing.assert_array_equal(recording.values, wanted)
+    np.testing.assert_array_equal(recording[1], wanted[1])
+    assert len(recording) == len(wanted) and bool(recording.missing) == is_cut
 
 
 def test_names_are_in_what_is_written_where_they_are_asked_for(tmp_path: Path):

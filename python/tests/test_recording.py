@@ -175,7 +175,7 @@ def test_other_quantities_are_asked_for(tmp_path: Path) -> None:
         _ = recording.counts
 
 
-def test_broken_files_are_refused_in_words(tmp_path: Path, grip: taxel.Simulation, files: Path) -> None:
+def test_broken_files_are_refused_in_words(tmp_path: Path, files: Path, command: Callable[..., str]) -> None:
     with pytest.raises(taxel.FileError, match="no such file"):
         taxel.read(tmp_path / "none.mcap")
     with pytest.raises(taxel.Error, match="sensor="):
@@ -186,6 +186,8 @@ def test_broken_files_are_refused_in_words(tmp_path: Path, grip: taxel.Simulatio
     with pytest.raises(taxel.FileError) as refused:
         taxel.read(broken, "econe").load()
     assert "broken.txt" in str(refused.value) and "71" in str(refused.value)
+    said = command("info", broken, "--sensor", "econe", code=1, errors=True)
+    assert said.strip().removeprefix("error: ").replace("--keep-going", "keep_going=True") == str(refused.value)
     kept = taxel.read(broken, "econe", keep_going=True)
     assert len(kept.counts) == 19 and list(kept.load().sequence)[:2] == [0, 2]
     assert len(kept.missing) == 1 and "1 frame" in kept.missing[0]

@@ -274,5 +274,8 @@ def test_a_pool_of_processes_takes_a_pipeline(counts: np.ndarray) -> None:
 def test_processes_begun_after_threads_do_the_same(method: str, counts: np.ndarray) -> None:
     wanted = sum_of(counts)
     context = multiprocessing.get_context(method)
-    with concurrent.futures.ProcessPoolExecutor(2, mp_context=context) as pool:
+    # Threads of ours that live, too.
+    with taxel.live("sim:mat-16x16-cd4067?fps=200") as source, concurrent.futures.ProcessPoolExecutor(2, mp_context=context) as pool:
+        assert source.next(timeout=5) is not None
         assert list(pool.map(sum_of, [counts] * 3)) == [wanted] * 3
+        assert source.next(timeout=5) is not None

@@ -2,8 +2,8 @@
 
 use super::{
     GripForce, centre_of_placed_mm, centre_of_pressure_mm, centre_on_handle_mm, contact_area_mm2,
-    grip_force, kilopascals_from_newtons, measured_of, outliers_of, peak_pressure,
-    resultant_newtons, sums::Sums, total_force_newtons, usable,
+    grip::largest, grip_force, handle_sums::HandleSums, kilopascals_from_newtons, measured_of,
+    outliers_of, peak_pressure, resultant_newtons, sums::Sums, total_force_newtons, usable,
 };
 use crate::{Frame, Newtons, Sensor};
 
@@ -41,9 +41,13 @@ impl FrameFigures {
 
     /// The same with another threshold of what counts as touched, newtons a taxel.
     pub fn with_threshold(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Self {
-        if let Some(figures) = Self::of_flat(loads, sensor, threshold_newtons) {
-            return figures;
-        }
+        let in_one_pass = Self::of_flat(loads, sensor, threshold_newtons)
+            .or_else(|| Self::of_handle(loads, sensor, threshold_newtons));
+        in_one_pass.unwrap_or_else(|| Self::one_by_one(loads, sensor, threshold_newtons))
+    }
+
+    /// Each figure by its own definition.
+    fn one_by_one(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Self {
         let handle = sensor.handle();
         let cell_mm2 = |taxel| sensor.cell_mm2(taxel);
         let marks = loads.count_marks();
@@ -77,6 +81,35 @@ impl FrameFigures {
             resultant_newtons: None,
             contact_area_mm2: sums.contact_area_mm2,
             centre_mm: sums.centre_mm(sensor.array().pitch_mm),
+            outlier_share: outliers_of(&marks),
+            measured_share: measured_of(&marks),
+        })
+    }
+}
+
+impl FrameFigures {
+    /// The same in one pass round a handle; `None` where it has to be found otherwise.
+    fn of_handle(loads: &Frame<Newtons>, sensor: &Sensor, threshold_newtons: f64) -> Option<Self> {
+        let handle = sensor.handle().filter(|_| sensor.exported().is_none())?;
+        let sums = HandleSums::of(loads, handle, threshold_newtons)?;
+        let (mut peak, mut area) = (0.0_f64, 0.0);
+        for (ring, most, touched) in sums.rings() {
+            // A taxel of that ring: they are of one size.
+            let taxel = handle.first_of_ring(ring);
+            if most > 0.0 {
+                peak = peak.max(kilopascals_from_newtons(most, sensor.taxel_area_mm2(taxel)));
+            }
+            area += touched * sensor.cell_mm2(taxel);
+        }
+        let marks = loads.count_marks();
+        let centre = sums.centre_mm();
+        Some(Self {
+            total_force_newtons: sums.total_newtons(),
+            peak_kilopascals: peak,
+            grip: Some(largest(|take| sums.each_piece(take))),
+            resultant_newtons: Some(sums.resultant_newtons()),
+            contact_area_mm2: area,
+            centre_mm: centre.map(|[along, round]| handle.rows_and_columns(along, round)),
             outlier_share: outliers_of(&marks),
             measured_share: measured_of(&marks),
         })
@@ -202,6 +235,63 @@ mod tests {
             }
         }
         assert!(told > 400, "{told} in one pass");
+    }
+
+    #[test]
+    fn one_pass_round_a_handle_finds_what_each_figure_does() {
+        use crate::sensor::{Geometry, Rings};
+        let mat = preset("mat-16x16-cd4067").unwrap();
+        let mut told = 0;
+        for seed in 0..400_usize {
+            let rings = [Rings::Rows, Rings::Columns][seed / 2 % 2];
+            let (rows, columns) = (9 + seed % 5, 8 + seed % 11);
+            let around = 8.0 * if rings == Rings::Rows { columns } else { rows } as f64;
+            let wide = around / std::f64::consts::PI;
+            let geometry = match seed % 3 {
+                0 => Geometry::cylinder(rings, wide),
+                1 => Geometry::cylinder(rings, 1.3 * wide),
+                _ => Geometry::cone(rings, [wide, 0.8 * wide]),
+            };
+            let sensor = mat.edited(|spec| {
+                (spec.array.rows, spec.array.columns) = (rows, columns);
+                spec.array.pitch_mm = [8.0, 8.0];
+                spec.array.geometry = Some(geometry);
+            });
+            let (sensor, loads) = (sensor.unwrap(), drawn(seed as u64, rows, columns));
+            for threshold in [0.0, CONTACT_NEWTONS, -1.0] {
+                let one = FrameFigures::of_handle(&loads, &sensor, threshold);
+                let plain = FrameFigures::one_by_one(&loads, &sensor, threshold);
+                told += usize::from(one.is_some());
+                let Some(one) = one else { continue };
+                let numbers = |f: &FrameFigures| {
+                    let (grip, left) = (f.grip.unwrap(), f.resultant_newtons.unwrap());
+                    let whole = [f.total_force_newtons, f.contact_area_mm2, grip.newtons];
+                    [&whole[..], &left, &[f.peak_kilopascals]].concat()
+                };
+                for (one, plain) in numbers(&one).iter().zip(numbers(&plain)) {
+                    // Of sums of up to 200 loads of 1 N, and of areas of 64 mm².
+                    assert!(
+                        (one - plain).abs() < 1e-11,
+                        "{seed} {threshold}: {one} {plain}"
+                    );
+                }
+                let shares = |f: &FrameFigures| (f.outlier_share, f.measured_share);
+                assert_eq!(shares(&one), shares(&plain));
+                assert_eq!(one.centre_mm.is_some(), plain.centre_mm.is_some());
+                let centres = one
+                    .centre_mm
+                    .iter()
+                    .flatten()
+                    .zip(plain.centre_mm.iter().flatten());
+                for (one, plain) in centres {
+                    assert!(
+                        (one - plain).abs() < 1e-6,
+                        "{seed} {threshold}: {one} {plain}"
+                    );
+                }
+            }
+        }
+        assert!(told > 600, "{told} in one pass");
     }
 
     #[test]

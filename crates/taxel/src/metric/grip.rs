@@ -38,11 +38,17 @@ pub(crate) fn grip_weight(handle: &Handle, taxel: usize, direction: f64) -> f64 
 
 /// The largest grip force along any direction, and that direction; of a frame without a load 0 along 0.
 pub fn grip_force(loads: &Frame<Newtons>, handle: &Handle) -> GripForce {
+    let of_line = |line| sum_of_line(loads, handle, line);
+    largest(|take| each_piece(of_line, handle, take))
+}
+
+/// The largest force of all pieces.
+pub(super) fn largest(each_piece: impl FnOnce(&mut dyn FnMut(&Piece))) -> GripForce {
     let mut best = GripForce {
         newtons: f64::NEG_INFINITY,
         direction: 0.0,
     };
-    each_piece(loads, handle, |piece| {
+    each_piece(&mut |piece| {
         let found = piece.best();
         if found.newtons > best.newtons {
             best = found;
@@ -59,13 +65,14 @@ pub(crate) fn grip_summits(
     mut take: impl FnMut(GripForce),
 ) {
     // Where a line changes halves F(φ) has a kink that opens upwards: it is largest within a piece.
-    each_piece(loads, handle, |piece| {
+    let of_line = |line| sum_of_line(loads, handle, line);
+    each_piece(of_line, handle, |piece| {
         piece.summit().into_iter().for_each(&mut take);
     });
 }
 
 /// Directions between which F(φ) is one cosine: x cos φ + y sin φ.
-struct Piece {
+pub(super) struct Piece {
     x: f64,
     y: f64,
     from: f64,
@@ -97,8 +104,13 @@ impl Piece {
     }
 }
 
-/// Each line along the handle passes from one half to the other at one angle; between two of these lies a piece.
-fn each_piece(loads: &Frame<Newtons>, handle: &Handle, mut take: impl FnMut(&Piece)) {
+/// Each line along the handle passes from one half to the other at one angle; between two of these lies a piece. `of_line`: the
+/// sum of its loads, newtons.
+pub(super) fn each_piece(
+    of_line: impl Fn(usize) -> f64,
+    handle: &Handle,
+    mut take: impl FnMut(&Piece),
+) {
     let slope = handle.slope.cos();
     let side = |line: usize| 0.5 * handle.first_side(line) * slope;
     let mut piece = Piece {
@@ -107,17 +119,17 @@ fn each_piece(loads: &Frame<Newtons>, handle: &Handle, mut take: impl FnMut(&Pie
         from: 0.0,
         to: 0.0,
     };
-    for (taxel, load) in usable(loads) {
-        let (_, line) = handle.ring_and_line(taxel);
+    for line in 0..handle.angles.len() {
         let (sin, cos) = handle.sin_cos(line);
-        piece.x += side(line) * load * cos;
-        piece.y += side(line) * load * sin;
+        let half = side(line) * of_line(line);
+        piece.x += half * cos;
+        piece.y += half * sin;
     }
     for &(turn, line) in handle.turns() {
         piece.to = turn;
         take(&piece);
         let (sin, cos) = handle.sin_cos(line);
-        let twice = 2.0 * side(line) * sum_of_line(loads, handle, line);
+        let twice = 2.0 * side(line) * of_line(line);
         piece.x -= twice * cos;
         piece.y -= twice * sin;
         piece.from = turn;
@@ -164,8 +176,7 @@ pub fn centre_on_handle_mm(
     threshold_newtons: f64,
 ) -> Option<[f64; 2]> {
     let each = usable(loads).filter(|(_, load)| *load > threshold_newtons);
-    let mean = mean_direction(each, handle)?;
-    Some([mean.along_mm, mean.direction * mean.radius_mm])
+    Some(mean_direction(each, handle)?.place_mm())
 }
 
 /// Where the loads of a handle lie in the mean.
@@ -198,15 +209,32 @@ pub(crate) fn mean_direction(
         (x, y) = (x + load * cos, y + load * sin);
         ring_sum += load * ring as f64;
     }
-    let length = x.hypot(y) / sum;
-    let along_mm = handle.step_mm * ring_sum / sum;
-    (sum > 0.0 && length > MIN_LENGTH).then(|| MeanDirection {
-        newtons: sum,
-        length,
-        direction: y.atan2(x).rem_euclid(2.0 * PI),
-        along_mm,
-        radius_mm: handle.radius_at_mm(along_mm),
-    })
+    MeanDirection::of_sums(sum, [x, y], ring_sum, handle)
+}
+
+impl MeanDirection {
+    /// By the sums of loads, of loads times the direction of each, and of loads times the number of their ring.
+    pub(super) fn of_sums(
+        newtons: f64,
+        [x, y]: [f64; 2],
+        by_ring: f64,
+        handle: &Handle,
+    ) -> Option<Self> {
+        let length = x.hypot(y) / newtons;
+        let along_mm = handle.step_mm * by_ring / newtons;
+        (newtons > 0.0 && length > MIN_LENGTH).then(|| Self {
+            newtons,
+            length,
+            direction: y.atan2(x).rem_euclid(2.0 * PI),
+            along_mm,
+            radius_mm: handle.radius_at_mm(along_mm),
+        })
+    }
+
+    /// Along the body and round it, mm along the surface from the first ring and the first line.
+    pub(super) fn place_mm(&self) -> [f64; 2] {
+        [self.along_mm, self.direction * self.radius_mm]
+    }
 }
 
 #[cfg(test)]

@@ -21,6 +21,7 @@ mod cross_talk;
 mod deviation;
 mod figures;
 mod grip;
+mod handle_sums;
 pub mod hold;
 mod load;
 mod region;

@@ -5,7 +5,7 @@ use crate::frame::{all_good, are_zeros};
 use crate::{Frame, Mark, Newtons};
 
 /// Taxels that are looked at together.
-const LANES: usize = 8;
+pub(super) const LANES: usize = 8;
 /// A bit for each mark by its code: whether a taxel with it counts.
 const USABLE: u16 = {
     let (mut bits, mut at) = (0, 0);
@@ -125,13 +125,13 @@ impl Sums {
 
 /// A number, or 0: without a branch, since loads on a mat are foreseen by nobody.
 #[inline(always)]
-fn only(is_it: bool, number: f64) -> f64 {
+pub(super) fn only(is_it: bool, number: f64) -> f64 {
     f64::from_bits(number.to_bits() & u64::from(is_it).wrapping_neg())
 }
 
 /// Loads of taxels that count, 0 of the others.
 #[inline(always)]
-fn counting(values: &[f64; LANES], marks: &[Mark; LANES]) -> [f64; LANES] {
+pub(super) fn counting(values: &[f64; LANES], marks: &[Mark; LANES]) -> [f64; LANES] {
     if all_good(marks) {
         return *values;
     }

@@ -62,6 +62,14 @@ impl Handle {
         }
     }
 
+    /// The first taxel of a ring.
+    pub(crate) fn first_of_ring(&self, ring: usize) -> usize {
+        match self.rings {
+            Rings::Rows => ring * self.columns,
+            Rings::Columns => ring,
+        }
+    }
+
     /// What is said along the body and round it, across the rows and across the columns: rows that are rings lie one after the
     /// other along the body.
     pub(crate) fn rows_and_columns(&self, along: f64, round: f64) -> [f64; 2] {
