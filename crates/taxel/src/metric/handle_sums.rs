@@ -2,32 +2,32 @@
 
 use super::grip::{MeanDirection, Piece, each_piece};
 use super::is_usable;
-use super::sums::{LANES, counting, only};
+use super::sums::{LANES, each_eight, only};
 use crate::frame::are_zeros;
 use crate::sensor::{Handle, Rings};
-use crate::{Frame, Mark, Newtons};
+use crate::{Frame, Newtons};
 
 /// Rows, and columns, that there is room for; a frame of more is summed up figure by figure.
 const MOST: usize = 256;
 
 /// What the loads of each row, or of each column, add up to; of the taxels that count.
-struct Axis {
+struct Axis<const N: usize> {
     /// All loads, newtons.
-    all: [f64; MOST],
+    all: [f64; N],
     /// Those above the threshold.
-    touching: [f64; MOST],
+    touching: [f64; N],
     /// How many of these there are.
-    touched: [f64; MOST],
+    touched: [f64; N],
     /// The largest load, 0 at least.
-    most: [f64; MOST],
+    most: [f64; N],
 }
 
-impl Axis {
+impl<const N: usize> Axis<N> {
     const NOTHING: Self = Self {
-        all: [0.0; MOST],
-        touching: [0.0; MOST],
-        touched: [0.0; MOST],
-        most: [0.0; MOST],
+        all: [0.0; N],
+        touching: [0.0; N],
+        touched: [0.0; N],
+        most: [0.0; N],
     };
 
     /// Adds eight loads to eight of its lines.
@@ -45,43 +45,21 @@ impl Axis {
         }
     }
 
-    /// Line `to` becomes what eight places of it add up to.
-    fn gather(&mut self, to: usize, other: &Eight) {
-        self.all[to] = other.all.iter().sum();
-        self.touching[to] = other.touching.iter().sum();
-        self.touched[to] = other.touched.iter().sum();
-        self.most[to] = other.most.iter().copied().fold(0.0, f64::max);
-    }
-}
-
-/// The same of one row, at each place of eight.
-#[derive(Default)]
-struct Eight {
-    all: [f64; LANES],
-    touching: [f64; LANES],
-    touched: [f64; LANES],
-    most: [f64; LANES],
-}
-
-impl Eight {
-    #[inline(always)]
-    fn add(&mut self, loads: &[f64; LANES], threshold: f64) {
-        for (lane, &load) in loads.iter().enumerate() {
-            let is_touched = load > threshold;
-            self.all[lane] += load;
-            self.touching[lane] += only(is_touched, load);
-            self.touched[lane] += only(is_touched, 1.0);
-            let most = &mut self.most[lane];
-            *most = if load > *most { load } else { *most };
-        }
+    /// One line becomes what eight places of it add up to, which are nothing again.
+    fn gather(&mut self, line: usize, places: &mut Axis<LANES>) {
+        self.all[line] = places.all.iter().sum();
+        self.touching[line] = places.touching.iter().sum();
+        self.touched[line] = places.touched.iter().sum();
+        self.most[line] = places.most.iter().copied().fold(0.0, f64::max);
+        *places = Axis::NOTHING;
     }
 }
 
 /// Sums of a frame round a handle.
 pub(super) struct HandleSums<'a> {
     handle: &'a Handle,
-    rings: Axis,
-    lines: Axis,
+    rings: Axis<MOST>,
+    lines: Axis<MOST>,
 }
 
 impl<'a> HandleSums<'a> {
@@ -97,33 +75,21 @@ impl<'a> HandleSums<'a> {
             return None;
         }
         let (mut rows, mut columns) = (Axis::NOTHING, Axis::NOTHING);
+        let (mut of_row, mut before) = (Axis::NOTHING, 0);
         let mut has_loads = false;
-        let width = loads.columns();
-        let lines = loads.values().chunks_exact(width);
-        let lines = lines.zip(loads.marks().chunks_exact(width));
-        for (row, (values, marks)) in lines.enumerate() {
-            let mut of_row = Eight::default();
-            let mut add = |column: usize, loads: &[f64; LANES]| {
-                // Most of what a sensor shows is nothing.
-                if !are_zeros(loads) {
-                    has_loads = true;
-                    columns.add(column, loads, threshold_newtons);
-                    of_row.add(loads, threshold_newtons);
-                }
-            };
-            let (eights, last) = values.as_chunks::<LANES>();
-            let (eight_marks, last_marks) = marks.as_chunks::<LANES>();
-            let each = eights.iter().zip(eight_marks).enumerate();
-            each.for_each(|(at, (values, marks))| add(LANES * at, &counting(values, marks)));
-            // Behind the last column nothing presses.
-            let (mut rest, mut rest_marks) = ([0.0; LANES], [Mark::Good; LANES]);
-            rest[..last.len()].copy_from_slice(last);
-            rest_marks[..last.len()].copy_from_slice(last_marks);
-            if !last.is_empty() {
-                add(width - last.len(), &counting(&rest, &rest_marks));
+        each_eight(loads, |[row, column], eight| {
+            if row != before {
+                rows.gather(before, &mut of_row);
+                before = row;
             }
-            rows.gather(row, &of_row);
-        }
+            // Most of what a sensor shows is nothing.
+            if !are_zeros(eight) {
+                has_loads = true;
+                columns.add(column, eight, threshold_newtons);
+                of_row.add(0, eight, threshold_newtons);
+            }
+        });
+        rows.gather(before, &mut of_row);
         let is_told = if has_loads {
             rows.most.iter().any(|&most| most > 0.0)
         } else {

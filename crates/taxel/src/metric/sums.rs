@@ -53,23 +53,9 @@ impl Sums {
             by_column: 0.0,
             touching: 0.0,
         };
-        let columns = loads.columns();
-        let lines = loads.values().chunks_exact(columns);
-        let lines = lines.zip(loads.marks().chunks_exact(columns));
-        for (row, (values, marks)) in lines.enumerate() {
-            let (eights, last) = values.as_chunks::<LANES>();
-            let (eight_marks, last_marks) = marks.as_chunks::<LANES>();
-            let each = eights.iter().zip(eight_marks).enumerate();
-            let mut add = |column, loads: &[f64; LANES]| {
-                sums.add([row, column], loads, cell_mm2, threshold_newtons);
-            };
-            each.for_each(|(at, (values, marks))| add(LANES * at, &counting(values, marks)));
-            // Behind the last column nothing presses.
-            let (mut rest, mut rest_marks) = ([0.0; LANES], [Mark::Good; LANES]);
-            rest[..last.len()].copy_from_slice(last);
-            rest_marks[..last.len()].copy_from_slice(last_marks);
-            add(columns - last.len(), &counting(&rest, &rest_marks));
-        }
+        each_eight(loads, |at, eight| {
+            sums.add(at, eight, cell_mm2, threshold_newtons);
+        });
         let is_told = if sums.has_loads {
             sums.most_newtons() > 0.0 && !sums.total_newtons.is_nan()
         } else {
@@ -123,6 +109,26 @@ impl Sums {
     }
 }
 
+/// Goes through a frame row by row, eight columns at a time: the row and the first column, and the loads of taxels that count, 0 of
+/// the others. What is 0 all over may be beyond the last column.
+#[inline(always)]
+pub(super) fn each_eight(loads: &Frame<Newtons>, mut take: impl FnMut([usize; 2], &[f64; LANES])) {
+    let columns = loads.columns();
+    let lines = loads.values().chunks_exact(columns);
+    let lines = lines.zip(loads.marks().chunks_exact(columns));
+    for (row, (values, marks)) in lines.enumerate() {
+        let (eights, last) = values.as_chunks::<LANES>();
+        let (eight_marks, last_marks) = marks.as_chunks::<LANES>();
+        let each = eights.iter().zip(eight_marks).enumerate();
+        each.for_each(|(at, (values, marks))| take([row, LANES * at], &counting(values, marks)));
+        // Behind the last column nothing presses.
+        let (mut rest, mut rest_marks) = ([0.0; LANES], [Mark::Good; LANES]);
+        rest[..last.len()].copy_from_slice(last);
+        rest_marks[..last.len()].copy_from_slice(last_marks);
+        take([row, columns - last.len()], &counting(&rest, &rest_marks));
+    }
+}
+
 /// A number, or 0: without a branch, since loads on a mat are foreseen by nobody.
 #[inline(always)]
 pub(super) fn only(is_it: bool, number: f64) -> f64 {
@@ -131,7 +137,7 @@ pub(super) fn only(is_it: bool, number: f64) -> f64 {
 
 /// Loads of taxels that count, 0 of the others.
 #[inline(always)]
-pub(super) fn counting(values: &[f64; LANES], marks: &[Mark; LANES]) -> [f64; LANES] {
+fn counting(values: &[f64; LANES], marks: &[Mark; LANES]) -> [f64; LANES] {
     if all_good(marks) {
         return *values;
     }
