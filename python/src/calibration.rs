@@ -268,7 +268,7 @@ impl Calibration {
     /// The sensor with what was found.
     #[getter]
     fn sensor(&self) -> Sensor {
-        Sensor::new_of(self.found.sensor.clone(), self.file.clone())
+        Sensor::from_parts(self.found.sensor.clone(), self.file.clone())
     }
 
     /// All that the command reports, as a dict.

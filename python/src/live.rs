@@ -156,7 +156,7 @@ impl Stream {
             None => {
                 let found = py.detach(|| sensor_source::of(&address, None));
                 let (sensor, file) = found.map_err(errors::of_app)?;
-                Sensor::new_of(sensor, file)
+                Sensor::from_parts(sensor, file)
             }
         };
         let waiting = Arc::new(Waiting {

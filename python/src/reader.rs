@@ -59,24 +59,20 @@ enum Tares {
 impl Tares {
     /// Adds that of frame `at`.
     fn add(&mut self, tare: Option<&[f64]>, at: usize, taxels: usize) {
-        match (&mut *self, tare) {
-            (Self::None, None) => {}
-            (Self::None, Some(tare)) if at == 0 => *self = Self::Same(tare.to_vec()),
-            (Self::Same(same), Some(tare)) if *same == tare => {}
-            (Self::Each(tares), tare) => {
-                tares.extend_from_slice(tare.unwrap_or_default());
-                tares.resize((at + 1) * taxels, 0.0);
-            }
-            (Self::None | Self::Same(_), tare) => {
-                let mut tares = match self {
-                    Self::Same(same) => same.repeat(at),
-                    _ => vec![0.0; at * taxels],
-                };
-                tares.extend_from_slice(tare.unwrap_or_default());
-                tares.resize((at + 1) * taxels, 0.0);
-                *self = Self::Each(tares);
-            }
+        match (&*self, tare) {
+            (Self::None, None) => return,
+            (Self::None, Some(tare)) if at == 0 => return *self = Self::Same(tare.to_vec()),
+            (Self::Same(same), Some(tare)) if same == tare => return,
+            _ => {}
         }
+        let mut tares = match std::mem::replace(self, Self::None) {
+            Self::None => vec![0.0; at * taxels],
+            Self::Same(same) => same.repeat(at),
+            Self::Each(tares) => tares,
+        };
+        tares.extend_from_slice(tare.unwrap_or_default());
+        tares.resize((at + 1) * taxels, 0.0);
+        *self = Self::Each(tares);
     }
 }
 

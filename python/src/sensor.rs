@@ -56,10 +56,10 @@ impl Sensor {
         interruptible(source.py(), |_| {
             if carries_sensor(&file) {
                 let (sensor, file) = sensor_source::of_recording(&file).map_err(errors::of_app)?;
-                return Ok(Self::new_of(sensor, file));
+                return Ok(Self::from_parts(sensor, file));
             }
             let sensor = sensor_file::load(&file).map_err(errors::of_io)?;
-            Ok(Self::new_of(sensor, file))
+            Ok(Self::from_parts(sensor, file))
         })?
     }
 
@@ -78,7 +78,7 @@ impl Sensor {
                 return Ok(None);
             }
             let sensor = sensor_source::carried(&path).map_err(errors::of_app)?;
-            Ok(sensor.map(|sensor| Self::new_of(sensor, path)))
+            Ok(sensor.map(|sensor| Self::from_parts(sensor, path)))
         })?
     }
 
@@ -259,10 +259,10 @@ impl Sensor {
     fn of_text(text: &str, file: PathBuf) -> PyResult<Self> {
         let sensor = taxel::Sensor::from_toml(text).map_err(errors::of_taxel)?;
         sensor_file::check_array(&file, sensor.rows(), sensor.columns()).map_err(errors::of_io)?;
-        Ok(Self::new_of(sensor, file))
+        Ok(Self::from_parts(sensor, file))
     }
 
-    pub(crate) fn new_of(sensor: taxel::Sensor, file: PathBuf) -> Self {
+    pub(crate) fn from_parts(sensor: taxel::Sensor, file: PathBuf) -> Self {
         let sensor = Arc::new(sensor);
         Self { sensor, file }
     }

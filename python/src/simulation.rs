@@ -173,7 +173,7 @@ pub(crate) fn simulate<'py>(
     let dict = PyDict::new(py);
     dict.set_item("counts", counts.into_array(py))?;
     dict.set_item("loads_newtons", newtons.into_array(py))?;
-    let truth = Sensor::new_of(drawn.sensor().clone(), sensor.file.clone());
+    let truth = Sensor::from_parts(drawn.sensor().clone(), sensor.file.clone());
     dict.set_item("truth", truth)?;
     Ok(dict)
 }

@@ -184,10 +184,10 @@ class Recording:
         of such a frame is marked interpolated. False of every other format."""
         self._check_open()
         found = self.load()
-        reader = self._open()
-        if isinstance(reader, WiReSensReader):
-            return reader.made_up[found.sequence.astype(np.intp)]
-        return np.zeros(len(found.values), np.bool_)
+        if not self._is_hdf5:
+            return np.zeros(len(found.values), np.bool_)
+        reader = WiReSensReader(self.path, self._sensor, *self._options)
+        return reader.made_up[found.sequence.astype(np.intp)]
 
     @property
     def tare(self) -> NDArray[np.float64] | None:
@@ -333,7 +333,7 @@ def read(
     path : str or path
         ``.txt``, ``.csv``, ``.npy``, ``.npz``, ``.mcap``, ``.parquet``; HDF5 of WiReSens, known by its first bytes (needs ``h5py``); what
         Tekscan, RSscan, zebris, XSENSOR, novel and others export, known by its content: of several sensors one is named behind a
-        ``#``, as in ``walk.csv#left``.
+        ``#``, as in ``walk.csv#left``. A pipe is read once: ``load`` keeps what comes.
     sensor : Sensor, str, path or dict, optional
         What it is of. Recordings of ``.mcap`` and ``.parquet`` bring their own; text needs one.
     unit : {"counts", "volts", "siemens"}

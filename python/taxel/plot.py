@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 _OUTLINE = "#00e5ff"
 _NOT_OUTLINED = (MARKS["good"], MARKS["absent"])
 
+
 def heatmap(
     values: ArrayLike | Result,
     sensor: Sensor | None = None,
@@ -81,11 +82,12 @@ def heatmap(
     cells = _Cells.of(sensor, shown.shape)
     if ax is None:
         # As high as the array is beside its colour bar.
-        height = 4.6 * cells.height / cells.width + 1.0
+        left, right, bottom, top = cells.extent
+        height = 4.6 * (bottom - top) / (right - left) + 1.0
         _, ax = plt.subplots(layout="constrained", figsize=(6.4, min(max(height, 2.2), 9.0)))
-    top = most if most is not None else float(np.nanmax(shown, initial=0.0))
+    brightest = most if most is not None else float(np.nanmax(shown, initial=0.0))
     picture = cells.draw(ax, shown, is_marked)
-    picture.set_clim(0.0, top if top > 0.0 else 1.0)
+    picture.set_clim(0.0, brightest if brightest > 0.0 else 1.0)
     unit = "(mm)" if sensor is not None else "(taxels)"
     told = "" if marks is None else _counted(marks)
     ax.set_xlabel(f"Across the columns {unit}" + (f"\nhatched: {told}" if told else ""))
@@ -205,29 +207,26 @@ class _Cells:
         return cls(places, max(down, apart), max(across, apart), False)
 
     @property
-    def width(self) -> float:
-        return float(np.nanmax(self.centres[:, :, 0]) - np.nanmin(self.centres[:, :, 0])) + self.across
-
-    @property
-    def height(self) -> float:
-        return float(np.nanmax(self.centres[:, :, 1]) - np.nanmin(self.centres[:, :, 1])) + self.down
+    def extent(self) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of all that is drawn, mm."""
+        half = np.array([self.across, self.down]) / 2.0
+        left, top = np.nanmin(self.centres, axis=(0, 1)) - half
+        right, bottom = np.nanmax(self.centres, axis=(0, 1)) + half
+        return float(left), float(right), float(bottom), float(top)
 
     def draw(self, ax: Axes, shown: NDArray[np.float64], is_marked: NDArray[np.bool_]) -> Any:
         from matplotlib.collections import PatchCollection
 
-        half = np.array([self.across, self.down]) / 2.0
-        low, high = np.nanmin(self.centres, axis=(0, 1)) - half, np.nanmax(self.centres, axis=(0, 1)) + half
         picture: Any
         if self.is_grid:
-            picture = ax.imshow(shown, cmap="inferno", extent=(low[0], high[0], high[1], low[1]), interpolation="nearest")
+            picture = ax.imshow(shown, cmap="inferno", extent=self.extent, interpolation="nearest")
         else:
             is_there = np.isfinite(shown) & np.isfinite(self.centres[:, :, 0])
             picture = PatchCollection(self._squares(is_there), cmap="inferno", edgecolor="none")
             picture.set_array(shown[is_there])
             ax.add_collection(picture)
             ax.set_aspect("equal")
-            ax.set_xlim(low[0], high[0])
-            ax.set_ylim(high[1], low[1])
+            ax.axis(self.extent)
         if is_marked.any():
             hatched = PatchCollection(self._squares(is_marked), facecolor="none", edgecolor=_OUTLINE, linewidth=0.6, hatch="////")
             ax.add_collection(hatched)

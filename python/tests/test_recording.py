@@ -144,6 +144,7 @@ def test_a_pipe_is_read_once(use: str, files: Path, grip: taxel.Simulation, tmp_
         assert len(recording) == 20
     if use != "chunks":
         assert (recording.counts == grip.counts).all() and recording.missing == [] and recording.events == []
+        assert not recording.predicted.any()
     writer.join()
 
 

@@ -10,7 +10,7 @@
 use std::f64::consts::PI;
 
 use super::{is_usable, usable};
-use crate::sensor::{Handle, Rings};
+use crate::sensor::Handle;
 use crate::{Frame, Newtons};
 
 /// The force that a split handle reads where it reads most.
@@ -139,13 +139,8 @@ pub(super) fn each_piece(
 }
 
 fn sum_of_line(loads: &Frame<Newtons>, handle: &Handle, line: usize) -> f64 {
-    let (rings, lines) = (handle.radii_mm.len(), handle.angles.len());
-    let taxel = |ring: usize| match handle.rings {
-        Rings::Rows => ring * lines + line,
-        Rings::Columns => line * rings + ring,
-    };
-    let usable = (0..rings)
-        .map(taxel)
+    let usable = (0..handle.radii_mm.len())
+        .map(|ring| handle.taxel_at(ring, line))
         .filter(|&t| is_usable(loads.marks()[t]));
     usable.map(|t| loads.values()[t]).sum()
 }
@@ -153,11 +148,15 @@ fn sum_of_line(loads: &Frame<Newtons>, handle: &Handle, line: usize) -> f64 {
 /// The force that all normal forces add up to, newtons: x and y across the axis, z along it (a cone's alone). A hand that
 /// only grips adds up to nothing across it; what is left pushes or pulls the handle.
 pub fn resultant_newtons(loads: &Frame<Newtons>, handle: &Handle) -> [f64; 3] {
+    resultant(|line| sum_of_line(loads, handle, line), handle)
+}
+
+/// The same of `of_line`, the sum of each line's loads, newtons.
+pub(super) fn resultant(of_line: impl Fn(usize) -> f64, handle: &Handle) -> [f64; 3] {
     let (outward, along) = (handle.slope.cos(), handle.slope.sin());
     let mut sum = [0.0; 3];
-    for (taxel, load) in usable(loads) {
-        let (_, line) = handle.ring_and_line(taxel);
-        let (sin, cos) = handle.sin_cos(line);
+    for line in 0..handle.angles.len() {
+        let (load, (sin, cos)) = (of_line(line), handle.sin_cos(line));
         // What presses on the surface pushes inwards; where the body narrows with z, towards its wide end.
         let force = [-load * outward * cos, -load * outward * sin, -load * along];
         (0..3).for_each(|axis| sum[axis] += force[axis]);
@@ -240,7 +239,7 @@ impl MeanDirection {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::sensor::{Geometry, preset};
+    use crate::sensor::{Geometry, Rings, preset};
     use crate::{Mark, Sensor};
 
     /// The 16 × 16 mat around a cylinder that its rings close, or around a cone.

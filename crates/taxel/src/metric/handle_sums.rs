@@ -1,6 +1,6 @@
 //! Sums of a frame round a handle by its rings and by its lines, in one pass: all its figures are made of these.
 
-use super::grip::{MeanDirection, Piece, each_piece};
+use super::grip::{MeanDirection, Piece, each_piece, resultant};
 use super::is_usable;
 use super::sums::{LANES, each_eight, only};
 use crate::frame::are_zeros;
@@ -63,7 +63,7 @@ pub(super) struct HandleSums<'a> {
 }
 
 impl<'a> HandleSums<'a> {
-    /// `None` of a frame of loads below nothing alone or of no taxel that counts, where what is not pressed counts as touched (what
+    /// `None` of a frame of loads below nothing alone, of one that is no number or of no taxel that counts, where what is not pressed counts as touched (what
     /// is 0 is left out here), and of more lines than there is room for.
     pub(super) fn of(
         loads: &Frame<Newtons>,
@@ -91,7 +91,7 @@ impl<'a> HandleSums<'a> {
         });
         rows.gather(before, &mut of_row);
         let is_told = if has_loads {
-            rows.most.iter().any(|&most| most > 0.0)
+            rows.most.iter().any(|&most| most > 0.0) && !rows.all.iter().any(|sum| sum.is_nan())
         } else {
             loads.marks().iter().any(|&mark| is_usable(mark))
         };
@@ -124,17 +124,7 @@ impl<'a> HandleSums<'a> {
 
     /// As [`super::resultant_newtons`].
     pub(super) fn resultant_newtons(&self) -> [f64; 3] {
-        let (outward, along) = (self.handle.slope.cos(), self.handle.slope.sin());
-        let mut sum = [0.0; 3];
-        for (line, &load) in self.lines.all[..self.handle.angles.len()]
-            .iter()
-            .enumerate()
-        {
-            let (sin, cos) = self.handle.sin_cos(line);
-            let force = [-load * outward * cos, -load * outward * sin, -load * along];
-            (0..3).for_each(|axis| sum[axis] += force[axis]);
-        }
-        sum
+        resultant(|line| self.lines.all[line], self.handle)
     }
 
     /// As [`super::centre_on_handle_mm`].

@@ -62,11 +62,11 @@ impl Handle {
         }
     }
 
-    /// The first taxel of a ring.
-    pub(crate) fn first_of_ring(&self, ring: usize) -> usize {
+    /// The taxel where a ring crosses a line along the body.
+    pub(crate) fn taxel_at(&self, ring: usize, line: usize) -> usize {
         match self.rings {
-            Rings::Rows => ring * self.columns,
-            Rings::Columns => ring,
+            Rings::Rows => ring * self.columns + line,
+            Rings::Columns => line * self.columns + ring,
         }
     }
 
