@@ -32,6 +32,19 @@ fn counts_go_to_another_computer_and_are_recorded_on_both() {
     assert_eq!(pi[24 * from..24 * from + laptop.len()], laptop);
 }
 
+/// Each takes longer than `stream` asks whether the source has ended.
+#[test]
+fn frames_that_are_solved_after_the_source_has_ended_are_sent_too() {
+    let folder = Folder::new();
+    let mat = taxel::sensor::preset("mat-32x32-adg732").unwrap();
+    let text = mat.to_toml().replace("s = 32\n", "s = 48\n");
+    let lines = "[readout]\nr_line_row_ohms = 10.0\nr_line_column_ohms = 10.0\n";
+    folder.write("slow.toml", &text.replace("[readout]\n", lines));
+    folder.good("simulate --sensor slow.toml --pattern blobs --frames 6 --seed 2 -o blobs.npy");
+    let sent = folder.good("stream file:blobs.npy?speed=max --sensor slow.toml");
+    assert_eq!(sent.out.lines().count(), 6, "{sent}");
+}
+
 #[test]
 fn who_connects_gets_the_counts_and_who_connects_again_as_well() {
     let folder = Folder::new();
