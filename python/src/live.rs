@@ -194,10 +194,15 @@ impl Stream {
         py: Python<'py>,
         timeout: Option<f64>,
     ) -> PyResult<Option<Bound<'py, PyDict>>> {
-        let timeout = timeout.map(Duration::try_from_secs_f64).transpose();
-        let until = timeout
-            .map_err(errors::other)?
-            .map(|wait| Instant::now() + wait);
+        let wait = |secs: f64| {
+            Duration::try_from_secs_f64(secs).map_err(|_| {
+                errors::other(format!(
+                    "a timeout of {secs} s\nhint: 0 or more; without one it waits for as long as it takes"
+                ))
+            })
+        };
+        let wait = timeout.map(wait).transpose()?;
+        let until = wait.map(|wait| Instant::now() + wait);
         let shape = (self.sensor.sensor.rows(), self.sensor.sensor.columns());
         loop {
             // Asked before the queue is looked at: what came before the end is there by then.

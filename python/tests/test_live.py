@@ -176,3 +176,6 @@ def test_a_source_that_cannot_be_is_refused(tmp_path: Path) -> None:
             taxel.live("sim:econe", queue=queue)
     with taxel.live("udp:127.0.0.1:0", "econe") as silent:
         assert silent.next(timeout=0.1) is None
+        for timeout in (-1.0, float("nan")):
+            with pytest.raises(taxel.Error, match="a timeout of (-1|NaN) s"):
+                silent.next(timeout=timeout)

@@ -63,7 +63,9 @@ struct Progress {
     lines: usize,
     /// Fields of the line before, when it was short: half a line torn in two.
     short: Option<usize>,
-    /// A line had numbers of no whole count of lines.
+    /// Whether two lines were taken for halves of one.
+    has_joined: bool,
+    /// A line had numbers of no whole count of lines, or more than one was torn in two: it may be that all were cut off.
     is_torn: bool,
 }
 
@@ -77,13 +79,20 @@ impl Progress {
     /// Counts a line: joined lines count as several, the two halves of one as one.
     fn count(&mut self, fields: usize, expected: usize) {
         if self.is_half(fields, expected) {
-            self.short = None;
+            self.join();
             return;
         }
         self.lines += fields.div_ceil(expected).max(1);
         self.is_torn |=
             self.short.is_some() || (fields > expected && !fields.is_multiple_of(expected));
         self.short = (fields < expected).then_some(fields);
+    }
+
+    /// The line is the second half of the short one before it.
+    fn join(&mut self) {
+        self.short = None;
+        self.is_torn |= self.has_joined;
+        self.has_joined = true;
     }
 
     /// Whether there were more or fewer lines than were counted, for all that is known.
@@ -334,7 +343,7 @@ impl<R: Read> Grid<R> {
         if let Line::Text { .. } = line {
             let fields = count_fields(self.lines.text(line));
             if fields > 0 && self.progress.is_half(fields, self.line_numbers) {
-                self.progress.short = None;
+                self.progress.join();
                 return Ok(());
             }
         }

@@ -211,6 +211,8 @@ fn frames_behind_a_line_of_the_wrong_length_are_said_to_be_shifted_perhaps() {
         assert!(words("t,t,t\n", broken, 1).is_empty(), "{broken:?}");
     }
     assert!(words("", "1,2,3,\n4,5,\n", 0).is_empty());
+    // Two lines torn in two, or four that were cut off.
+    assert_eq!(words("", "1,\n2,3,\n4,\n5,6,\n", 1).len(), 1);
     // Two lines in one, one in two, and a number that is none: it is known how many lines there were.
     for broken in [
         "1,2,3,4,5,6,\n",
